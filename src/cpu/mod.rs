@@ -1,0 +1,1 @@
+//! The same light on the CPU: the oracle.

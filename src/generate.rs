@@ -1,0 +1,1 @@
+//! Shapes written as OBJ files.

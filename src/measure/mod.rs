@@ -1,0 +1,1 @@
+//! Measuring images against each other.

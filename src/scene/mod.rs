@@ -1,0 +1,166 @@
+//! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
+//! and already checked. `parse` is the only road from text to a [`Scene`]; tests may build one by
+//! hand.
+
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// A whole scene. Indices into `materials` are always in range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The file it came from, for messages; empty if built by hand.
+    pub file: PathBuf,
+    /// The eye.
+    pub camera: Camera,
+    /// What the scene's author asked for; the command line overrides.
+    pub render: RenderDefaults,
+    /// Point lights.
+    pub lights: Vec<Light>,
+    /// All materials, in the order of the text (MTL materials follow).
+    pub materials: Vec<Material>,
+    /// Analytic spheres.
+    pub spheres: Vec<Sphere>,
+    /// Planar convex polygons.
+    pub polygons: Vec<Polygon>,
+    /// Triangle meshes, already scaled, rotated and moved to their place.
+    pub meshes: Vec<Mesh>,
+}
+
+/// Pinhole camera. Pixel (0, 0) is top left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Position of the eye, metres.
+    pub look_from: DVec3,
+    /// The point in the middle of the image, metres; never equal to `look_from`.
+    pub look_at: DVec3,
+    /// Direction that points up in the image; never parallel to the view.
+    pub up: DVec3,
+    /// Vertical field of view, radians, in (0, pi).
+    pub fov: f64,
+    /// Image width, pixels.
+    pub width: u32,
+    /// Image height, pixels.
+    pub height: u32,
+}
+
+/// `[render]`: defaults of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderDefaults {
+    /// Samples per pixel, at least 1.
+    pub samples: u32,
+    /// Rays in the longest path; 1 = neither reflection nor refraction.
+    pub depth: u32,
+    /// What a ray that hits nothing sees, linear RGB.
+    pub background: DVec3,
+}
+
+/// A point light. Not visible itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Metres.
+    pub position: DVec3,
+    /// Linear RGB; a surface at distance d and angle a receives `intensity * cos(a) / d^2`.
+    pub intensity: DVec3,
+}
+
+/// How the secondary weight divides between reflection and refraction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fresnel {
+    /// A constant share of reflection, in [0, 1] (the report's `kersnel`).
+    Constant(f64),
+    /// Schlick 1994, eq. 24, with the transmitted angle where the ray leaves the denser side.
+    Schlick,
+    /// The unpolarised dielectric Fresnel equations.
+    Exact,
+}
+
+impl Fresnel {
+    /// True if some light is refracted, so that the index of refraction matters.
+    pub fn transmits(self) -> bool {
+        !matches!(self, Fresnel::Constant(f) if f >= 1.0)
+    }
+}
+
+/// One material; scene-format.md gives the meaning of each number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Name in the scene text or the MTL file.
+    pub name: String,
+    /// Diffuse colour, linear RGB.
+    pub diffuse: DVec3,
+    /// Own colour = `ambient * diffuse` + diffuse light.
+    pub ambient: f64,
+    /// Weight of reflected and refracted light against own colour, in [0, 1].
+    pub secondary: f64,
+    /// Share of `secondary` that is reflection.
+    pub fresnel: Fresnel,
+    /// Index of refraction inside, in [1e-3, 1e3].
+    pub ior: f64,
+}
+
+impl Material {
+    /// True if a ray goes on through this material: it bounds a solid.
+    pub fn refracts(&self) -> bool {
+        self.secondary > 0.0 && self.fresnel.transmits()
+    }
+
+    /// True if a ray is mirrored or refracted here.
+    pub fn has_secondary(&self) -> bool {
+        self.secondary > 0.0
+    }
+}
+
+/// An analytic sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Metres.
+    pub center: DVec3,
+    /// Metres, > 0.
+    pub radius: f64,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// A planar convex polygon with at least three corners. A refracting polygon is a thin sheet: it
+/// bounds no solid, and what it refracts goes straight on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Corners, metres, counter-clockwise seen from the side the normal points to.
+    pub vertices: Vec<DVec3>,
+    /// Unit normal (given, or from the corners).
+    pub normal: DVec3,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// A triangle mesh. Where its material refracts, the mesh bounds a solid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// The OBJ file's path, or any name, for messages.
+    pub name: String,
+    /// Metres, in the scene's space.
+    pub vertices: Vec<DVec3>,
+    /// Unit vectors; empty if the file has none.
+    pub normals: Vec<DVec3>,
+    /// Triangles (larger faces of the file are fanned from their first corner).
+    pub faces: Vec<Face>,
+}
+
+/// One triangle of a [`Mesh`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Face {
+    /// Indices into [`Mesh::vertices`].
+    pub vertices: [u32; 3],
+    /// Indices into [`Mesh::normals`]: shading normals, interpolated over the triangle.
+    pub normals: Option<[u32; 3]>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+impl Scene {
+    /// Number of triangles after the polygons are fanned.
+    pub fn triangle_count(&self) -> usize {
+        self.polygons.iter().map(|p| p.vertices.len() - 2).sum::<usize>()
+            + self.meshes.iter().map(|m| m.faces.len()).sum::<usize>()
+    }
+}
