@@ -1,1 +1,3 @@
 //! The same light on the CPU: the oracle.
+
+pub mod oracle;

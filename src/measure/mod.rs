@@ -1,1 +1,3 @@
 //! Measuring images against each other.
+
+pub mod metrics;

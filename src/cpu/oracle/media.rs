@@ -1,0 +1,78 @@
+//! Which solids a ray is in.
+
+use super::geometry::{Shear, cross_triangle};
+use super::world::{Boundary, World};
+use crate::sampler::pcg4d;
+use crate::scene::Material;
+use glam::DVec3;
+
+#[derive(Debug, Clone, Copy)]
+struct Medium {
+    solid: usize,
+    ior: f64,
+}
+
+/// The solids a ray is in, in the order it entered them; the last one entered rules.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Media(Vec<Medium>);
+
+impl Media {
+    /// Index of refraction around the ray.
+    pub fn ior(&self) -> f64 {
+        self.0.last().map_or(1.0, |m| m.ior)
+    }
+
+    /// After crossing the surface of `solid`: out of it if the ray was in it, else into it.
+    pub fn across(&self, solid: usize, ior: f64) -> Media {
+        let mut list = self.0.clone();
+        match list.iter().rposition(|m| m.solid == solid) {
+            Some(i) => {
+                list.remove(i);
+            }
+            None => list.push(Medium { solid, ior }),
+        }
+        Media(list)
+    }
+
+    /// The solids that contain `eye`, the largest first.
+    pub fn around(eye: DVec3, world: &World, materials: &[Material]) -> Media {
+        let mut found: Vec<(f64, Medium)> = Vec::new();
+        let faces: Vec<_> = world.triangles.iter().filter(|t| materials[t.material].refracts()).collect();
+        for group in faces.chunk_by(|a, b| a.boundary == b.boundary) {
+            if let Boundary::Solid(solid) = group[0].boundary {
+                let corners = || group.iter().flat_map(|t| t.corners);
+                let low = corners().fold(DVec3::INFINITY, DVec3::min);
+                let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+                let within = eye.cmpge(low).all() && eye.cmple(high).all();
+                if within && odd_crossings(eye, || group.iter().map(|t| &t.corners)) {
+                    let ior = materials[group[0].material].ior;
+                    found.push((low.distance(high), Medium { solid, ior }));
+                }
+            }
+        }
+        for ball in world.balls.iter().filter(|b| materials[b.material].refracts()) {
+            if eye.distance(ball.center) < ball.radius {
+                // The diagonal of its bounding box, to compare with a mesh's.
+                let size = ball.radius * 12f64.sqrt();
+                found.push((size, Medium { solid: ball.solid, ior: materials[ball.material].ior }));
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Media(found.into_iter().map(|(_, medium)| medium).collect())
+    }
+}
+
+/// Parity of the crossings of a ray from `eye`. The triangle test is watertight, so only a ray exactly
+/// through an edge can count twice: such a direction is passed over.
+fn odd_crossings<'a, I: Iterator<Item = &'a [DVec3; 3]>>(eye: DVec3, corners: impl Fn() -> I) -> bool {
+    const DIRECTIONS: u32 = 16;
+    (0..DIRECTIONS)
+        .find_map(|k| {
+            let [x, y, z, _] = pcg4d([k, 0, 0, 0]).map(|c| f64::from(c) - f64::from(u32::MAX) / 2.0);
+            let shear = Shear::of(DVec3::new(x, y, z).normalize());
+            corners()
+                .filter_map(|c| cross_triangle(c, eye, &shear))
+                .try_fold(false, |odd, crossing| (!crossing.on_edge).then_some(!odd))
+        })
+        .unwrap_or(false)
+}
