@@ -87,7 +87,7 @@ pub(super) fn cross_sphere(center: DVec3, radius: f64, ray: &Ray) -> Option<f64>
     let (f, a, b) = about(center, ray);
     let perpendicular = f + ray.direction * (b / a);
     let discriminant = radius * radius - perpendicular.length_squared();
-    if !(discriminant >= 0.0) {
+    if discriminant < 0.0 {
         return None;
     }
     let root = (a * discriminant).sqrt();

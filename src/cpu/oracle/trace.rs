@@ -73,7 +73,7 @@ impl Path<'_> {
         for source in &oracle.lights {
             let to_light = source.position - hit.point;
             let along = hit.shading.dot(to_light);
-            if !(along > 0.0) {
+            if along <= 0.0 {
                 continue;
             }
             self.rays.shadow += 1;

@@ -1,0 +1,8 @@
+//! The oracle against closed forms: nothing here is compared with another renderer.
+
+mod build;
+mod image;
+mod lambert;
+mod mirrors;
+mod refraction;
+mod solids;
