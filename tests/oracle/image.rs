@@ -100,7 +100,7 @@ fn primitives_are_numbered_triangles_first() {
 }
 
 #[test]
-fn of_coincident_triangles_the_first_is_seen() {
+fn of_coincident_surfaces_the_first_is_seen() {
     let mut s = scene();
     for light in [0.25, 0.5, 1.0] {
         let lamp = s.material(glowing(light));
@@ -108,6 +108,14 @@ fn of_coincident_triangles_the_first_is_seen() {
     }
     let sample = probe(&s, DVec3::ZERO, v(0.03, 0.1, 3.0), 1);
     assert_eq!((sample.first_hit, sample.radiance.x), (Some(0), 0.25));
+    s.polygons.clear();
+    s.sphere(v(0.0, 0.0, 5.0), 1.0, 1);
+    s.sphere(v(0.0, 0.0, 5.0), 1.0, 2);
+    s.sphere(v(0.0, 0.0, 6.0), 2.0, 0);
+    assert_eq!(probe(&s, DVec3::ZERO, DVec3::Z, 1).radiance.x, 0.5);
+    // A ball that touches a sheet: the sheet's number is smaller.
+    s.rectangle(v(0.0, 0.0, 4.0), DVec3::X, DVec3::Y, 0);
+    assert_eq!(probe(&s, DVec3::ZERO, DVec3::Z, 1).radiance.x, 0.25);
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use crate::build::{Add, assert_close, clear, glass, matte, probe, scene, v};
 use glam::DVec3;
+use whitted::cpu::oracle::Oracle;
 use whitted::scene::{Fresnel, Material, Scene};
+use whitted::settings::Settings;
 
 /// Where the screen stands.
 const SCREEN: f64 = 50.0;
@@ -168,4 +170,19 @@ fn secondary_weight_mixes_own_and_refracted_light() {
     let own = v(0.5, 0.25, 1.0) * 0.5 * 0.25;
     assert_eq!(probe(&s, DVec3::ZERO, DVec3::Z, 1).radiance, own);
     assert_eq!(probe(&s, DVec3::ZERO, DVec3::Z, 2).radiance, own + DVec3::splat(0.375));
+}
+
+#[test]
+fn a_sheet_of_air_in_glass_reflects_all_beyond_the_critical_angle() {
+    let mut s = scene();
+    let block = s.material(clear(1.5));
+    let gap = s.material(glass(1.0, Fresnel::Exact));
+    s.cuboid(v(-9.0, -9.0, -9.0), v(9.0, 9.0, 9.0), block);
+    s.rectangle(DVec3::Z, DVec3::X * 8.0, DVec3::Y * 8.0, gap);
+    for (degrees, expected) in [(41.0f64, (1, 1)), (42.0, (1, 0))] {
+        let angle = degrees.to_radians();
+        s.look(DVec3::ZERO, v(angle.sin(), 0.0, angle.cos()));
+        let rays = Oracle::new(&s).render(&Settings { depth: 2, ..Settings::of(&s) }).rays;
+        assert_eq!((rays.reflection, rays.refraction), expected, "{degrees}");
+    }
 }

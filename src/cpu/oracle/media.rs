@@ -68,11 +68,45 @@ fn odd_crossings<'a, I: Iterator<Item = &'a [DVec3; 3]>>(eye: DVec3, corners: im
     const DIRECTIONS: u32 = 16;
     (0..DIRECTIONS)
         .find_map(|k| {
-            let [x, y, z, _] = pcg4d([k, 0, 0, 0]).map(|c| f64::from(c) - f64::from(u32::MAX) / 2.0);
-            let shear = Shear::of(DVec3::new(x, y, z).normalize());
+            let shear = Shear::of(direction(k));
             corners()
                 .filter_map(|c| cross_triangle(c, eye, &shear))
                 .try_fold(false, |odd, crossing| (!crossing.on_edge).then_some(!odd))
         })
         .unwrap_or(false)
+}
+
+/// One of a fixed list of directions with nothing in common.
+fn direction(k: u32) -> DVec3 {
+    let [x, y, z, _] = pcg4d([k, 0, 0, 0]).map(|c| f64::from(c) - f64::from(u32::MAX) / 2.0);
+    DVec3::new(x, y, z).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parity_survives_a_corner_exactly_in_the_way() {
+        // The point of the first direction that the shear maps to exactly (0, 0).
+        let d = direction(0).to_array();
+        let z = (0..3).max_by(|&i, &j| d[i].abs().total_cmp(&d[j].abs())).unwrap();
+        let mut tip = [0.0; 3];
+        tip[z] = d[z];
+        for i in [(z + 1) % 3, (z + 2) % 3] {
+            tip[i] = d[i] / d[z] * d[z];
+        }
+        let tip = DVec3::from_array(tip);
+        let (e1, e2) = tip.normalize().any_orthonormal_pair();
+        let [p, q, r] = [e2, e1 - e2 * 0.6, -e1 - e2 * 0.5].map(|foot| foot - tip * 0.5);
+        let tetrahedron = [[tip, p, q], [tip, q, r], [tip, r, p], [p, r, q]];
+        let shear = Shear::of(direction(0));
+        let inside = (tip + p + q + r) / 4.0;
+        assert!(
+            tetrahedron.iter().any(|c| cross_triangle(c, DVec3::ZERO, &shear).is_some_and(|x| x.on_edge))
+        );
+        for (eye, expected) in [(DVec3::ZERO, true), (inside, true), (tip * 1.5, false), (-tip, false)] {
+            assert_eq!(odd_crossings(eye, || tetrahedron.iter()), expected, "{eye}");
+        }
+    }
 }

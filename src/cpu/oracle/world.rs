@@ -211,9 +211,7 @@ impl World {
     pub fn blocked(&self, ray: &Ray) -> bool {
         let shear = Shear::of(ray.direction);
         let light = ray.at(1.0);
-        let before = |t: f64, normal: DVec3, error: f64| {
-            t < 1.0 && (1.0 - t) * ray.direction.dot(normal).abs() > error
-        };
+        let before = |t: f64, normal: DVec3, error: f64| (1.0 - t) * ray.direction.dot(normal).abs() > error;
         self.triangles.iter().filter(|c| ray.from != Some(c.id)).any(|c| {
             cross_triangle(&c.corners, ray.origin, &shear)
                 .is_some_and(|x| before(x.t, c.geometric, c.error_at(light)))
