@@ -1,2 +1,152 @@
-//! Build script.
-fn main() {}
+//! Compiles `glsl/*.comp` to SPIR-V, checks it against `src/abi.rs`, and writes the typed kernel
+//! table `kernels.rs`.
+
+#[path = "src/abi.rs"]
+#[allow(dead_code)]
+mod abi;
+#[path = "src/spirv.rs"]
+#[allow(dead_code)]
+mod spirv;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs, process};
+
+fn main() {
+    println!("cargo:rerun-if-changed=src/abi.rs");
+    println!("cargo:rerun-if-changed=src/spirv.rs");
+    println!("cargo:rerun-if-changed=glsl");
+    println!("cargo:rerun-if-changed=glsl/lib");
+    println!("cargo:rerun-if-changed=.git/HEAD");
+    if let Ok(out) = process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output()
+        && out.status.success()
+    {
+        println!("cargo:rustc-env=WHITTED_GIT={}", String::from_utf8_lossy(&out.stdout).trim());
+    }
+    if let Err(message) = compile_all() {
+        eprintln!("{message}");
+        process::exit(1);
+    }
+}
+
+fn compile_all() -> Result<(), String> {
+    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
+    let mut kernels: Vec<PathBuf> = fs::read_dir("glsl")
+        .map_err(|e| format!("glsl: {e}"))?
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "comp"))
+        .collect();
+    kernels.sort();
+    let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc: {e}"))?;
+    let abi_glsl = abi_glsl();
+    fs::write(out.join("abi.glsl"), &abi_glsl).map_err(|e| e.to_string())?;
+
+    let mut table = String::new();
+    let mut variants = String::new();
+    for path in &kernels {
+        let name = path.file_stem().and_then(|s| s.to_str()).ok_or("kernel file name is not UTF-8")?;
+        let words = compile(&compiler, path, &abi_glsl)?;
+        let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
+        check_layout(name, &module)?;
+        let file = out.join(format!("{name}.spv"));
+        fs::write(&file, bytemuck::cast_slice(&words)).map_err(|e| e.to_string())?;
+        let (mut reads, mut writes) = (0u64, 0u64);
+        for b in &module.bindings {
+            reads |= u64::from(b.reads) << b.binding;
+            writes |= u64::from(b.writes) << b.binding;
+        }
+        let variant = camel(name);
+        let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
+        let _ = writeln!(
+            table,
+            "    KernelCode {{ name: {name:?}, spirv: Spirv(include_bytes!({file:?})), reads: {reads:#x}, writes: {writes:#x} }},"
+        );
+    }
+    let source = format!(
+        "/// The kernels, one per file in `glsl`, in alphabetical order.\n\
+         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n\n\
+         /// What was compiled, in the order of [`Kernel`].\n\
+         pub const KERNELS: [KernelCode; {}] = [\n{table}];\n",
+        kernels.len()
+    );
+    fs::write(out.join("kernels.rs"), source).map_err(|e| e.to_string())
+}
+
+fn camel(name: &str) -> String {
+    name.split('_').map(|w| w[..1].to_uppercase() + &w[1..]).collect()
+}
+
+/// The shared declarations as GLSL, with macros READS(x), WRITES(x), UPDATES(x) that declare buffer x.
+fn abi_glsl() -> String {
+    let mut text = String::from("#define real float\n#define real3 vec3\n");
+    for (name, value) in abi::CONSTANTS {
+        let _ = writeln!(text, "#define {name} {value:#x}u");
+    }
+    for s in abi::STRUCTS {
+        text.push_str(s.glsl);
+    }
+    for (id, (name, default)) in abi::SPECIALISATION.iter().enumerate() {
+        let _ = writeln!(text, "layout(constant_id = {id}) const uint {name} = {default}u;");
+    }
+    for (binding, (name, element, _)) in abi::BUFFERS.iter().enumerate() {
+        let _ = writeln!(text, "#define BINDING_{name} {binding}\n#define ELEMENT_{name} {element}");
+    }
+    for (macro_name, access) in [("READS", "readonly "), ("WRITES", "writeonly "), ("UPDATES", "")] {
+        let _ = writeln!(
+            text,
+            "#define {macro_name}(x) layout(scalar, set = 0, binding = BINDING_##x) {access}restrict buffer x##_block {{ ELEMENT_##x x[]; }};"
+        );
+    }
+    text.push_str("layout(scalar, push_constant) uniform push_block { Push push; };\n");
+    text
+}
+
+fn compile(compiler: &shaderc::Compiler, path: &Path, abi_glsl: &str) -> Result<Vec<u32>, String> {
+    let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
+    options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
+    options.set_warnings_as_errors();
+    // Names of structs and members survive only with debug information; check_layout needs them.
+    options.set_generate_debug_info();
+    options.set_optimization_level(shaderc::OptimizationLevel::Zero);
+    options.set_include_callback(|requested, _, _, _| {
+        if requested == "abi.glsl" {
+            return Ok(shaderc::ResolvedInclude { resolved_name: requested.into(), content: abi_glsl.into() });
+        }
+        let file = Path::new("glsl/lib").join(requested);
+        let content = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        Ok(shaderc::ResolvedInclude { resolved_name: file.display().to_string(), content })
+    });
+    let artifact = compiler
+        .compile_into_spirv(
+            &source,
+            shaderc::ShaderKind::Compute,
+            &path.display().to_string(),
+            "main",
+            Some(&options),
+        )
+        .map_err(|e| e.to_string())?;
+    Ok(spirv::forbid_contraction(artifact.as_binary()))
+}
+
+/// Every shared struct that the module stores in a buffer has the host's offsets; float arithmetic
+/// cannot be contracted, and nothing with unstated rounding is used.
+fn check_layout(kernel: &str, module: &spirv::Module) -> Result<(), String> {
+    for s in abi::STRUCTS {
+        let Some(found) = module.structs.get(s.name) else { continue };
+        let wanted: Vec<(String, u32)> = s.fields.iter().map(|(n, o)| ((*n).to_owned(), *o as u32)).collect();
+        if *found != wanted {
+            return Err(format!(
+                "{kernel}: layout of {}: kernel has {found:?}, host has {wanted:?}",
+                s.name
+            ));
+        }
+    }
+    if module.contractible > 0 {
+        return Err(format!("{kernel}: {} float operations lack NoContraction", module.contractible));
+    }
+    if !module.banned.is_empty() {
+        return Err(format!("{kernel}: uses {}; write it out in scalars", module.banned.join(", ")));
+    }
+    Ok(())
+}

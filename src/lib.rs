@@ -10,12 +10,22 @@
 //! The modules below are in reading order.
 #![deny(unsafe_code)]
 
+pub mod abi;
+pub mod bvh;
 pub mod cpu;
+pub mod frame;
 pub mod generate;
 pub mod image;
+pub mod inside;
+pub mod kernels;
 pub mod measure;
+pub mod pack;
+pub mod passes;
+pub mod plan;
 pub mod render;
 pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod settings;
+pub mod spirv;
+pub mod vk;

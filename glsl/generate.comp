@@ -1,0 +1,36 @@
+// Primary rays of a batch: one per pixel of the tile and sample.
+// Reads camera, eye_media. Writes rays, media, slots (zero).
+// One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart.
+#version 460
+#include "prelude.glsl"
+#include "numeric.glsl"
+#include "sampler.glsl"
+layout(local_size_x_id = 0) in;
+
+READS(camera)
+READS(eye_media)
+WRITES(rays)
+WRITES(media)
+WRITES(slots)
+
+Ray primary_ray(Camera c, uint slot) {
+    uint pixel = slot % push.tile_pixels;
+    uint x = push.tile_x + pixel % push.tile_width;
+    uint y = push.tile_y + pixel / push.tile_width;
+    uint k = push.first_sample + slot / push.tile_pixels;
+    vec2 at = vec2(x, y) + sample_offset(push.seed, x, y, k, push.samples);
+    real sx = at.x * c.step_x - 1.0;
+    real sy = 1.0 - at.y * c.step_y;
+    real3 lateral = sx * c.right + sy * c.up;
+    return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), vec3(1.0), slot, NONE);
+}
+
+void main() {
+    uint slot = item_index();
+    if (slot >= push.items) return;
+    rays[slot] = primary_ray(camera[0], slot);
+    slots[slot] = vec3(0.0);
+    for (uint j = 0u; j < media_capacity; j++) {
+        media[slot * media_capacity + j] = eye_media[j];
+    }
+}

@@ -1,0 +1,58 @@
+// Position, normal and spawn offset of a hit.
+// Spawn offset (numerics 8.3): bounds the rounding of the hit point, so that a neighbour which the
+// point lies on is not hit from behind; the primitive itself is skipped by identity.
+
+struct Point {
+    real3 position;
+    real3 geometric; // unit, as stored: outward for a solid's surface
+    real3 normal;    // unit shading normal, on the side of `geometric`
+    real3 offset;    // along `geometric`
+};
+
+Point triangle_point(Triangle t, TriangleInfo info, real u, real v) {
+    real3 e1 = t.b - t.a, e2 = t.c - t.a;
+    Point p;
+    p.position = t.a + (u * e1 + v * e2);
+    p.geometric = info.geometric;
+    p.normal = info.normal;
+    real m1 = max_component(e1), m2 = max_component(e2);
+    // The third edge is at most the sum of the other two.
+    real extent = 2.0 * (m1 > m2 ? m1 : m2);
+    real3 n = abs(info.geometric), a = abs(t.a);
+    real length_ = (4.0 * U) * dot3(n, a) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
+    p.offset = length_ * info.geometric;
+    return p;
+}
+
+// Interpolated normal, on the geometric side; `flat_normal` where the corners' cancel.
+real3 smooth_normal(CornerNormals c, real3 flat_normal, real3 geometric, real u, real v) {
+    if (max_component(c.a) == 0.0) return flat_normal;
+    real3 n = safe_normalize((1.0 - u - v) * c.a + (u * c.b + v * c.c));
+    real side = dot3(n, geometric);
+    if (side == 0.0) return flat_normal;
+    return side < 0.0 ? -n : n;
+}
+
+Point sphere_point(Sphere s, real3 o, real3 d, real t) {
+    Point p;
+    p.geometric = safe_normalize((o - s.center) + t * d);
+    p.normal = p.geometric;
+    p.position = s.center + s.radius * p.geometric;
+    p.offset = (8.0 * U) * (dot3(abs(p.geometric), abs(s.center)) + s.radius) * p.geometric;
+    return p;
+}
+
+// The next float away from zero offset, per component: what adding a tiny offset may have lost.
+real nudge(real x, real by) {
+    if (by == 0.0) return x;
+    if (x == 0.0) return by > 0.0 ? 1.17549435e-38 : -1.17549435e-38; // denormals may be flushed
+    uint bits = floatBitsToUint(x);
+    return uintBitsToFloat((x > 0.0) == (by > 0.0) ? bits + 1u : bits - 1u);
+}
+
+// Origin of a ray that leaves the surface in `direction`: moved off it to that side.
+real3 spawn_origin(real3 position, real3 offset, real3 direction) {
+    real3 o = dot3(direction, offset) < 0.0 ? -offset : offset;
+    real3 p = position + o;
+    return real3(nudge(p.x, o.x), nudge(p.y, o.y), nudge(p.z, o.z));
+}

@@ -1,0 +1,116 @@
+// Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
+// spheres. Needs READS(triangles), READS(triangle_infos), READS(spheres), READS(sphere_infos),
+// READS(nodes), UPDATES(counters).
+#include "numeric.glsl"
+#include "triangle.glsl"
+#include "sphere.glsl"
+#include "box.glsl"
+
+// Larger than any t in the local frame, yet finite.
+const real FAR = 3.0e38;
+
+struct TraceRay {
+    real3 origin;
+    real3 direction;
+    Shear shear;
+    uint skip; // primitive the ray starts on, or NONE
+};
+
+TraceRay make_trace_ray(real3 origin, real3 direction, uint skip) {
+    return TraceRay(origin, direction, make_shear(direction), skip);
+}
+
+// Position in the scene's own order: ties go to the smallest, whatever the storage order.
+uint primitive_id(uint primitive) {
+    return primitive < triangle_count ? triangle_infos[primitive].id
+                                      : sphere_infos[primitive - triangle_count].id;
+}
+
+// Tests one primitive against the best hit so far.
+void test_primitive(uint primitive, TraceRay r, inout Hit best) {
+    Hit h = Hit(FAR, 0.0, 0.0, primitive);
+    bool hit;
+    if (primitive < triangle_count) {
+        hit = hit_triangle(triangles[primitive], r.origin, r.shear, h.t, h.u, h.v) && primitive != r.skip;
+    } else {
+        hit = hit_sphere(spheres[primitive - triangle_count], r.origin, r.direction, primitive == r.skip, h.t);
+    }
+    if (!hit || h.t > best.t) return;
+    // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
+    if (h.t < best.t || (best.primitive != NONE && primitive_id(primitive) < primitive_id(best.primitive))) {
+        best = h;
+    }
+}
+
+void walk_brute(TraceRay r, bool any, inout Hit best) {
+    for (uint i = 0u; i < triangle_count + sphere_count; i++) {
+        test_primitive(i, r, best);
+        if (any && best.primitive != NONE) return;
+    }
+}
+
+void walk_bvh(TraceRay r, bool any, inout Hit best) {
+    real3 inv = real3(safe_reciprocal(r.direction.x), safe_reciprocal(r.direction.y), safe_reciprocal(r.direction.z));
+    uint stack[STACK_SIZE];
+    real entry[STACK_SIZE];
+    uint top = 0u, steps = 0u;
+    uint current = 0u; // the root is node 0
+    while (true) {
+        if (++steps > loop_cap) {
+            atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
+            return;
+        }
+        if ((current & LEAF_BIT) != 0u) {
+            uint first = current & ((1u << LEAF_FIRST_BITS) - 1u);
+            uint count = ((current & ~LEAF_BIT) >> LEAF_FIRST_BITS) + 1u;
+            for (uint i = 0u; i < count; i++) {
+                steps++;
+                test_primitive(first + i, r, best);
+            }
+            if (any && best.primitive != NONE) return;
+        } else {
+            Node n = nodes[current];
+            real t0 = enter_box(n.lo_0, n.hi_0, r.origin, inv, best.t);
+            real t1 = enter_box(n.lo_1, n.hi_1, r.origin, inv, best.t);
+            bool in0 = t0 >= 0.0, in1 = t1 >= 0.0;
+            if (in0 || in1) {
+                bool first0 = in0 && (!in1 || t0 <= t1);
+                current = first0 ? n.child_0 : n.child_1;
+                if (in0 && in1) {
+                    if (top == STACK_SIZE) {
+                        atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
+                    } else {
+                        stack[top] = first0 ? n.child_1 : n.child_0;
+                        entry[top] = first0 ? t1 : t0;
+                        top++;
+                    }
+                }
+                continue;
+            }
+        }
+        // Next subtree that a hit nearer than its box has not made pointless.
+        bool found = false;
+        while (top > 0u && !found) {
+            top--;
+            steps++;
+            current = stack[top];
+            found = entry[top] <= best.t * SLAB_GROW;
+        }
+        if (!found) return;
+    }
+}
+
+// Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
+Hit closest_hit(TraceRay r, real limit, bool any) {
+    Hit best = Hit(limit, 0.0, 0.0, NONE);
+    if (is_not_finite(r.origin) || is_not_finite(r.direction)) {
+        atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
+        return best;
+    }
+    if (use_bvh != 0u) {
+        walk_bvh(r, any, best);
+    } else {
+        walk_brute(r, any, best);
+    }
+    return best;
+}

@@ -1,0 +1,58 @@
+// Exclusive prefix sum of the workgroups' children: the next queue keeps the order of this one, so
+// nothing depends on which workgroup ran first. Sizes the next depth's dispatches.
+// Reads queue, totals. Writes offsets, next_queue. Counts rays by kind, and a queue too small.
+// One workgroup; each invocation walks a run of totals.
+#version 460
+#include "prelude.glsl"
+layout(local_size_x = SCAN_WIDTH) in;
+
+READS(queue)
+READS(totals)
+WRITES(offsets)
+WRITES(next_queue)
+UPDATES(depth_counts)
+UPDATES(counters)
+
+shared uint reflections[SCAN_WIDTH];
+shared uint refractions[SCAN_WIDTH];
+
+void main() {
+    uint local = gl_LocalInvocationID.x;
+    uint groups = (queue[0].count + workgroup - 1u) / workgroup;
+    uint run = (groups + SCAN_WIDTH - 1u) / SCAN_WIDTH;
+    uint begin = min(local * run, groups), end = min(begin + run, groups);
+    uint sum_l = 0u, sum_r = 0u;
+    for (uint g = begin; g < end; g++) {
+        sum_l += totals[g] >> 16;
+        sum_r += totals[g] & 0xffffu;
+    }
+    reflections[local] = sum_l;
+    refractions[local] = sum_r;
+    barrier();
+    // Hillis and Steele, CACM 29(12), 1986.
+    for (uint step_ = 1u; step_ < SCAN_WIDTH; step_ *= 2u) {
+        uint l = local >= step_ ? reflections[local - step_] : 0u;
+        uint r = local >= step_ ? refractions[local - step_] : 0u;
+        barrier();
+        reflections[local] += l;
+        refractions[local] += r;
+        barrier();
+    }
+    uint at = (reflections[local] - sum_l) + (refractions[local] - sum_r);
+    for (uint g = begin; g < end; g++) {
+        offsets[g] = at;
+        at += (totals[g] >> 16) + (totals[g] & 0xffffu);
+    }
+    if (local == SCAN_WIDTH - 1u) {
+        uint l = reflections[local], r = refractions[local], count = l + r;
+        if (count > push.capacity) {
+            counters[COUNTER_QUEUE_OVERFLOW] = 1u;
+            l = r = count = 0u;
+        }
+        uint next = (count + workgroup - 1u) / workgroup;
+        next_queue[0] = Queue(min(next, GROUPS_PER_ROW), (next + GROUPS_PER_ROW - 1u) / GROUPS_PER_ROW, 1u, count, l);
+        depth_counts[push.depth].traced += count;
+        depth_counts[push.depth].reflections += l;
+        depth_counts[push.depth].refractions += r;
+    }
+}

@@ -1,0 +1,116 @@
+// Turns hits into surfaces: position, normal, medium change, share of reflection, and which
+// children the ray has. Counts the children of each workgroup, so that `scan` can place them.
+// Reads queue, rays, hits, media and the scene. Writes surfaces, totals.
+// One invocation per ray. Whitted, CACM 23(6), 1980.
+#version 460
+#include "prelude.glsl"
+#include "numeric.glsl"
+layout(local_size_x_id = 0) in;
+
+READS(triangles)
+READS(triangle_infos)
+READS(corner_normals)
+READS(spheres)
+READS(sphere_infos)
+READS(materials)
+READS(solid_iors)
+READS(rays)
+READS(media)
+READS(queue)
+READS(hits)
+WRITES(surfaces)
+WRITES(totals)
+#include "surface.glsl"
+#include "media.glsl"
+#include "fresnel.glsl"
+
+shared uint reflected_mask[WORKGROUP_MAX / 32u];
+shared uint refracted_mask[WORKGROUP_MAX / 32u];
+
+Surface strike(uint i) {
+    Hit h = hits[i];
+    Surface s;
+    s.primitive = h.primitive;
+    s.flags = 0u;
+    if (h.primitive == NONE) return s;
+
+    real3 o = rays[i].origin, d = rays[i].direction;
+    Point p;
+    if (h.primitive < triangle_count) {
+        TriangleInfo info = triangle_infos[h.primitive];
+        p = triangle_point(triangles[h.primitive], info, h.u, h.v);
+        if (smooth_normals != 0u) {
+            p.normal = smooth_normal(corner_normals[h.primitive], info.normal, info.geometric, h.u, h.v);
+        }
+        s.material = info.material;
+        s.solid = info.solid;
+    } else {
+        uint j = h.primitive - triangle_count;
+        p = sphere_point(spheres[j], o, d, h.t);
+        s.material = sphere_infos[j].material;
+        s.solid = sphere_infos[j].solid;
+    }
+    bool behind = dot3(d, p.geometric) > 0.0;
+    s.position = p.position;
+    s.offset = behind ? -p.offset : p.offset;
+    s.normal = behind ? -p.normal : p.normal;
+    // A shading normal may lean away from the ray; the geometric one never does.
+    real c = -dot3(d, s.normal);
+    if (c < 0.0) {
+        s.normal = behind ? -p.geometric : p.geometric;
+        c = -dot3(d, s.normal);
+    }
+    s.cosine = c < 1.0 ? (c > 0.0 ? c : 0.0) : 1.0;
+
+    Material m = materials[s.material];
+    real here = 1.0, beyond = 1.0;
+    s.eta = 1.0;
+    if (media_capacity != 0u && m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)) {
+        here = solid_iors[innermost(i, 0u)];
+        if (s.solid != 0u) {
+            bool leaves = is_inside(i, s.solid);
+            beyond = solid_iors[leaves ? innermost(i, s.solid) : s.solid];
+            s.flags |= leaves ? LEAVES : 0u;
+            s.eta = here / beyond;
+        } else {
+            beyond = m.ior; // a thin sheet: reflects like its material, refracts nothing
+        }
+    }
+    s.share = reflection_share(m, here, beyond, s.cosine);
+    if (m.secondary > 0.0 && push.depth < push.last_depth) {
+        s.flags |= (s.share > 0.0 ? CHILD_REFLECTED : 0u) | (s.share < 1.0 ? CHILD_REFRACTED : 0u);
+    }
+    return s;
+}
+
+void main() {
+    uint i = item_index();
+    uint local = gl_LocalInvocationID.x;
+    uint word = local / 32u, bit = 1u << (local % 32u);
+    if (local < WORKGROUP_MAX / 32u) {
+        reflected_mask[local] = 0u;
+        refracted_mask[local] = 0u;
+    }
+    barrier();
+    Surface s;
+    bool live = i < queue[0].count;
+    if (live) {
+        s = strike(i);
+        if ((s.flags & CHILD_REFLECTED) != 0u) atomicOr(reflected_mask[word], bit);
+        if ((s.flags & CHILD_REFRACTED) != 0u) atomicOr(refracted_mask[word], bit);
+    }
+    barrier();
+    uint before = 0u, reflections = 0u, refractions = 0u;
+    for (uint w = 0u; w < (gl_WorkGroupSize.x + 31u) / 32u; w++) {
+        uint lower = w < word ? 0xffffffffu : (w == word ? bit - 1u : 0u);
+        before += bitCount(reflected_mask[w] & lower) + bitCount(refracted_mask[w] & lower);
+        reflections += bitCount(reflected_mask[w]);
+        refractions += bitCount(refracted_mask[w]);
+    }
+    if (live) {
+        s.flags |= before << PREFIX_SHIFT;
+        surfaces[i] = s;
+    }
+    // Rows of a folded dispatch may end in groups without rays; they have no total.
+    if (local == 0u && live) totals[group_index()] = reflections << 16 | refractions;
+}

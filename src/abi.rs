@@ -1,0 +1,414 @@
+//! Everything that host and kernels share: structs, constants, binding numbers. Each is said once,
+//! here; `build.rs` includes this file, writes `abi.glsl` from it for the kernels, and checks the
+//! compiled SPIR-V against it.
+//!
+//! Layout is `scalar` (GL_EXT_scalar_block_layout): fields of 4 bytes, no padding, so `repr(C)` and
+//! GLSL agree.
+
+use bytemuck::{Pod, Zeroable};
+
+/// A struct known to both sides, its GLSL text, and the offsets that the SPIR-V must show.
+#[derive(Debug, Clone, Copy)]
+pub struct GpuStruct {
+    /// Name on both sides.
+    pub name: &'static str,
+    /// GLSL declaration.
+    pub glsl: &'static str,
+    /// Bytes.
+    pub size: usize,
+    /// Field names and their byte offsets.
+    pub fields: &'static [(&'static str, usize)],
+}
+
+macro_rules! rust_type {
+    (real) => { f32 };
+    (real3) => { [f32; 3] };
+    (vec3) => { [f32; 3] };
+    (float) => { f32 };
+    (uint) => { u32 };
+}
+
+macro_rules! gpu_structs {
+    ($($(#[$meta:meta])* struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ident,)* })*) => {
+        $(
+            $(#[$meta])*
+            #[repr(C)]
+            #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+            pub struct $name { $($(#[$field_meta])* pub $field: rust_type!($ty),)* }
+        )*
+        /// All shared structs, in declaration order.
+        pub const STRUCTS: &[GpuStruct] = &[$(GpuStruct {
+            name: stringify!($name),
+            glsl: concat!("struct ", stringify!($name), " {\n",
+                $("    ", stringify!($ty), " ", stringify!($field), ";\n",)* "};\n"),
+            size: size_of::<$name>(),
+            fields: &[$((stringify!($field), core::mem::offset_of!($name, $field)),)*],
+        },)*];
+    };
+}
+
+gpu_structs! {
+    /// The eye in the local frame, 68 bytes. Written by `pack`, read by `generate`.
+    /// A primary ray starts on the plane `advance` in front of the eye, which has all geometry
+    /// behind it: its origin then rounds with the scene's size, not with the eye's distance
+    /// (numerics 2.7).
+    struct Camera {
+        /// The eye moved `advance` along `forward`.
+        origin: real3,
+        /// Unit view direction.
+        forward: real3,
+        /// Image plane at distance 1: half its width.
+        right: real3,
+        /// Image plane at distance 1: half its height.
+        up: real3,
+        /// Distance from the eye to the start plane, >= 0.
+        advance: real,
+        /// 2 / image width.
+        step_x: real,
+        /// 2 / image height.
+        step_y: real,
+        /// Radiance of a ray that hits nothing.
+        background_r: float,
+        /// Green of the same.
+        background_g: float,
+        /// Blue of the same.
+        background_b: float,
+    }
+
+    /// Three corners in the local frame, 36 bytes. Written by `pack`, read by `intersect`, `shade`, `shadow`.
+    struct Triangle {
+        a: real3,
+        b: real3,
+        c: real3,
+    }
+
+    /// What a triangle is apart from its corners, 36 bytes. Written by `pack`, read by `shade`.
+    struct TriangleInfo {
+        /// Unit shading normal of a flat triangle (given in the scene, or from the corners in f64).
+        normal: real3,
+        /// Unit normal from the corners in f64.
+        geometric: real3,
+        /// Index into `materials`.
+        material: uint,
+        /// Solid whose surface this is, from 1; 0 = none (opaque, or a thin sheet).
+        solid: uint,
+        /// Position in the scene's own order; ties in t go to the smallest.
+        id: uint,
+    }
+
+    /// Shading normals at the corners, 36 bytes; present only in scenes with smooth meshes. `a` is
+    /// zero for a flat triangle.
+    struct CornerNormals {
+        a: real3,
+        b: real3,
+        c: real3,
+    }
+
+    /// An analytic sphere in the local frame, 16 bytes.
+    struct Sphere {
+        center: real3,
+        radius: real,
+    }
+
+    /// What a sphere is apart from its shape, 12 bytes.
+    struct SphereInfo {
+        /// Index into `materials`.
+        material: uint,
+        /// Solid whose surface this is, from 1; 0 = opaque.
+        solid: uint,
+        /// Position in the scene's own order (after all triangles).
+        id: uint,
+    }
+
+    /// Two children of a binary BVH with their boxes, 56 bytes. Boxes are rounded outward and padded
+    /// (numerics 8.4). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
+    /// first primitive, with SPHERE_BIT in the node's flags below.
+    struct Node {
+        lo_0: real3,
+        hi_0: real3,
+        lo_1: real3,
+        hi_1: real3,
+        child_0: uint,
+        child_1: uint,
+    }
+
+    /// A material, 32 bytes.
+    struct Material {
+        diffuse: vec3,
+        ambient: float,
+        secondary: float,
+        /// Share of reflection where `fresnel_kind` is FRESNEL_CONSTANT.
+        fresnel: float,
+        fresnel_kind: uint,
+        ior: float,
+    }
+
+    /// A point light, 24 bytes. `intensity` is in local units: world intensity * 4^scale_log2.
+    struct Light {
+        position: real3,
+        intensity: vec3,
+    }
+
+    /// A ray in flight, 44 bytes. Written by `generate` and `spawn`, read by `intersect`, `shade`,
+    /// `spawn`, `shadow`, `gather`. `direction` has unit length.
+    struct Ray {
+        origin: real3,
+        direction: real3,
+        /// Product of weights from the camera.
+        throughput: vec3,
+        /// Sample it belongs to, an index into `slots`.
+        slot: uint,
+        /// Primitive whose surface it starts on, or NONE.
+        skip: uint,
+    }
+
+    /// Closest hit, 16 bytes. Written by `intersect`, read by `shade`.
+    struct Hit {
+        /// Distance in units of the ray's direction.
+        t: real,
+        /// Barycentric weight of corner b (triangles).
+        u: real,
+        /// Barycentric weight of corner c (triangles).
+        v: real,
+        /// Triangle index, or triangle count + sphere index, or NONE.
+        primitive: uint,
+    }
+
+    /// Where a ray struck, 64 bytes. Written by `shade`, read by `spawn` and `shadow`.
+    struct Surface {
+        position: real3,
+        /// Spawn offset: along the geometric normal, toward the side the ray came from.
+        offset: real3,
+        /// Unit shading normal, toward the side the ray came from.
+        normal: real3,
+        /// Index of refraction here over the one beyond.
+        eta: real,
+        /// Share of reflection in the secondary weight.
+        share: float,
+        /// As in `Hit`.
+        primitive: uint,
+        /// Index into `materials`.
+        material: uint,
+        /// Solid entered or left by a refracted ray, from 1; 0 = none.
+        solid: uint,
+        /// Bits 0-1: CHILD_REFLECTED, CHILD_REFRACTED; bit 2: LEAVES; bits 8-17: children of lower
+        /// invocations of the workgroup.
+        flags: uint,
+        /// Cosine between the ray and `normal`, >= 0.
+        cosine: real,
+    }
+
+    /// A queue of rays with the size of its dispatch, 20 bytes. Written by the host (depth 1) and
+    /// `scan`; its first three words are a VkDispatchIndirectCommand.
+    struct Queue {
+        groups_x: uint,
+        groups_y: uint,
+        groups_z: uint,
+        /// Live rays.
+        count: uint,
+        /// Those of them that are reflection rays.
+        reflections: uint,
+    }
+
+    /// Running sum of a pixel's samples, 24 bytes: Neumaier's sum and compensation (numerics 8.6).
+    struct Film {
+        sum: vec3,
+        compensation: vec3,
+    }
+
+    /// Counts of one depth, 16 bytes; cleared by the host before each submit.
+    struct DepthCount {
+        traced: uint,
+        reflections: uint,
+        refractions: uint,
+        shadow: uint,
+    }
+
+    /// Push constants, 56 bytes.
+    struct Push {
+        /// Image coordinates of the tile's first pixel.
+        tile_x: uint,
+        tile_y: uint,
+        tile_width: uint,
+        /// Pixels in the tile.
+        tile_pixels: uint,
+        /// First sample of the batch.
+        first_sample: uint,
+        /// Samples per pixel in the batch.
+        batch_samples: uint,
+        /// Samples per pixel in all.
+        samples: uint,
+        seed: uint,
+        /// Depth of the rays in `rays`, from 1.
+        depth: uint,
+        /// Depth whose secondary rays are not traced.
+        last_depth: uint,
+        /// Lights of this `shadow` pass: begin.
+        light_begin: uint,
+        /// Lights of this `shadow` pass: end.
+        light_end: uint,
+        /// Rays that fit a queue.
+        capacity: uint,
+        /// Items for kernels sized by the host.
+        items: uint,
+    }
+}
+
+macro_rules! constants {
+    ($($(#[$meta:meta])* $name:ident = $value:expr;)*) => {
+        $($(#[$meta])* pub const $name: u32 = $value;)*
+        /// All shared constants.
+        pub const CONSTANTS: &[(&str, u32)] = &[$((stringify!($name), $name),)*];
+    };
+}
+
+constants! {
+    /// No primitive.
+    NONE = 0xffff_ffff;
+    /// `Node` child: set for a leaf.
+    LEAF_BIT = 0x8000_0000;
+    /// `Node` child that is a leaf: bits of the first primitive (triangle index, or triangle count + sphere index).
+    LEAF_FIRST_BITS = 27;
+    /// `Node` child that is a leaf: primitives at most.
+    LEAF_MAX = 16;
+    /// Entries of a traversal stack; `bvh` never builds deeper.
+    STACK_SIZE = 48;
+    /// `Surface::flags`.
+    CHILD_REFLECTED = 1;
+    /// `Surface::flags`.
+    CHILD_REFRACTED = 2;
+    /// `Surface::flags`: the refracted ray leaves `solid`.
+    LEAVES = 4;
+    /// `Surface::flags`: shift of the local prefix.
+    PREFIX_SHIFT = 8;
+    /// `Material::fresnel_kind`.
+    FRESNEL_CONSTANT = 0;
+    /// `Material::fresnel_kind`.
+    FRESNEL_SCHLICK = 1;
+    /// `Material::fresnel_kind`.
+    FRESNEL_EXACT = 2;
+    /// Workgroups per row of a large dispatch: the least maxComputeWorkGroupCount Vulkan promises.
+    GROUPS_PER_ROW = 65_535;
+    /// Invocations of `scan`, whose one workgroup walks all totals; the least maxComputeWorkGroupInvocations is 128.
+    SCAN_WIDTH = 128;
+    /// Invocations per workgroup at most; words of a child mask = this / 32.
+    WORKGROUP_MAX = 256;
+    /// Loop iterations of one traversal at most. lavapipe silently ends every loop of an invocation
+    /// after 65,535 in all; a traversal that would come near it is counted in COUNTER_LOOP_CAP instead.
+    LOOP_CAP = 60_000;
+    /// Index into `counters`.
+    COUNTER_NAN_RAYS = 0;
+    /// Index into `counters`.
+    COUNTER_CLAMPED_LIGHTS = 1;
+    /// Index into `counters`.
+    COUNTER_STACK_OVERFLOW = 2;
+    /// Index into `counters`.
+    COUNTER_LOOP_CAP = 3;
+    /// Index into `counters`.
+    COUNTER_MEDIA_OVERFLOW = 4;
+    /// Index into `counters`: a queue was too small; the submit's tile is void and is traced again in smaller batches.
+    COUNTER_QUEUE_OVERFLOW = 5;
+    /// Length of `counters`.
+    COUNTERS = 6;
+}
+
+macro_rules! specialisation {
+    ($($(#[$meta:meta])* $name:ident: $default:expr;)*) => {
+        /// Specialisation constants, in order of their ids (0 is the workgroup size).
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub struct Specialisation { $($(#[$meta])* pub $name: u32,)* }
+        impl Specialisation {
+            /// Values in id order.
+            pub fn values(&self) -> Vec<u32> { vec![$(self.$name,)*] }
+        }
+        /// Names and defaults in id order.
+        pub const SPECIALISATION: &[(&str, u32)] = &[$((stringify!($name), $default),)*];
+    };
+}
+
+specialisation! {
+    /// Invocations per workgroup of the kernels that work on rays or pixels.
+    workgroup: 64;
+    /// Triangles in the scene.
+    triangle_count: 0;
+    /// Spheres in the scene.
+    sphere_count: 0;
+    /// Point lights in the scene.
+    light_count: 0;
+    /// 1: walk the BVH; 0: test every primitive.
+    use_bvh: 0;
+    /// 1: some triangle has corner normals.
+    smooth_normals: 0;
+    /// Solids a ray can be in at once; 0 if nothing refracts.
+    media_capacity: 0;
+    /// 1: a hit may spawn two rays, so that several rays of one sample share a depth.
+    branching: 0;
+    /// Loop cap of one traversal.
+    loop_cap: 60_000;
+}
+
+macro_rules! buffers {
+    ($($(#[$meta:meta])* $name:ident / $variant:ident: $element:literal;)*) => {
+        /// A storage buffer of the frame; its number is its binding.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u32)]
+        pub enum Buf { $($(#[$meta])* $variant,)* }
+        /// Names (as the kernels spell them), element types and handles, in binding order.
+        pub const BUFFERS: &[(&str, &str, Buf)] = &[$((stringify!($name), $element, Buf::$variant),)*];
+    };
+}
+
+buffers! {
+    /// One `Camera`.
+    camera / Camera: "Camera";
+    /// Triangles in leaf order.
+    triangles / Triangles: "Triangle";
+    /// Parallel to `triangles`.
+    triangle_infos / TriangleInfos: "TriangleInfo";
+    /// Parallel to `triangles`; one unused element where no mesh is smooth.
+    corner_normals / CornerNormals: "CornerNormals";
+    /// Spheres in leaf order.
+    spheres / Spheres: "Sphere";
+    /// Parallel to `spheres`.
+    sphere_infos / SphereInfos: "SphereInfo";
+    /// BVH, root first.
+    nodes / Nodes: "Node";
+    /// Materials.
+    materials / Materials: "Material";
+    /// Lights.
+    lights / Lights: "Light";
+    /// Solid's index of refraction, by solid number; element 0 is the surrounding space.
+    solid_iors / SolidIors: "float";
+    /// Solids the eye is in, outermost first, `media_capacity` words.
+    eye_media / EyeMedia: "uint";
+    /// Rays of this depth.
+    rays / Rays: "Ray";
+    /// Rays of the next depth.
+    next_rays / NextRays: "Ray";
+    /// Solids each ray is in, outermost first, `media_capacity` words a ray, 0 = none.
+    media / Media: "uint";
+    /// The same for the next depth.
+    next_media / NextMedia: "uint";
+    /// Size of `rays`.
+    queue / Queue: "Queue";
+    /// Size of `next_rays`.
+    next_queue / NextQueue: "Queue";
+    /// Parallel to `rays`.
+    hits / Hits: "Hit";
+    /// Parallel to `rays`.
+    surfaces / Surfaces: "Surface";
+    /// Children of each workgroup of `shade`: reflections << 16 | refractions.
+    totals / Totals: "uint";
+    /// Exclusive prefix sum of `totals`: where a workgroup's children start in `next_rays`.
+    offsets / Offsets: "uint";
+    /// Weighted own colour of each ray, parallel to `rays`; used where rays branch or lights come in several passes.
+    contributions / Contributions: "vec3";
+    /// Radiance of each sample of the batch.
+    slots / Slots: "vec3";
+    /// Running sum of each pixel of the tile.
+    film / Film: "Film";
+    /// One `DepthCount` per depth.
+    depth_counts / DepthCounts: "DepthCount";
+    /// Counters.
+    counters / Counters: "uint";
+}

@@ -1,0 +1,344 @@
+//! A binary bounding-volume hierarchy: binned surface-area heuristic (Wald, "On fast Construction of
+//! SAH-based Bounding Volume Hierarchies", 2007) with a depth that never passes the kernels' stack.
+
+use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, Node, STACK_SIZE};
+use crate::frame::Bounds;
+use glam::DVec3;
+
+/// What the builder knows of a primitive.
+#[derive(Debug, Clone, Copy)]
+pub struct Item {
+    /// Local bounds, exact.
+    pub bounds: Bounds,
+    /// A leaf holds triangles or spheres, never both.
+    pub is_sphere: bool,
+}
+
+/// A built hierarchy.
+#[derive(Debug, Clone, Default)]
+pub struct Bvh {
+    /// Root first; at least one node.
+    pub nodes: Vec<Node>,
+    /// Item stored at each place: all triangles in leaf order, then all spheres.
+    pub order: Vec<u32>,
+    /// Levels of inner nodes.
+    pub depth: usize,
+}
+
+const BINS: usize = 16;
+/// Primitives per leaf at which splitting stops even if it pays: a leaf is one run of loads.
+const LEAF_TARGET: usize = 2;
+
+/// Boxes grow by this on every side: Woop's own enlargement is at most 20u in a frame of radius 1,
+/// 32u = 2^-19 covers it (numerics 2.4).
+pub const PADDING: f64 = 1.0 / 524_288.0;
+
+struct Builder<'a> {
+    items: &'a [Item],
+    nodes: Vec<Node>,
+    triangles: Vec<u32>,
+    spheres: Vec<u32>,
+    triangle_total: u32,
+    depth: usize,
+}
+
+/// Builds over `items` (triangles and spheres in any order).
+pub fn build(items: &[Item]) -> Bvh {
+    let mut indices: Vec<u32> = (0..items.len() as u32).collect();
+    let triangle_total = items.iter().filter(|i| !i.is_sphere).count() as u32;
+    let mut builder =
+        Builder { items, nodes: Vec::new(), triangles: Vec::new(), spheres: Vec::new(), triangle_total, depth: 0 };
+    builder.nodes.push(Node::default());
+    let (left, right) = match indices.len() {
+        0 => (None, None),
+        n if builder.leaf_fits(&indices, n) => (Some(builder.leaf(&indices)), None),
+        _ => {
+            let (a, b) = builder.split(&mut indices, 1);
+            (Some(a), Some(b))
+        }
+    };
+    builder.nodes[0] = node(left, right);
+    let mut order = builder.triangles;
+    order.extend(builder.spheres);
+    Bvh { nodes: builder.nodes, order, depth: builder.depth.max(1) }
+}
+
+type Child = (u32, Bounds);
+
+fn node(left: Option<Child>, right: Option<Child>) -> Node {
+    // An absent child has an inverted box, which no ray enters.
+    let absent = (LEAF_BIT, Bounds { lo: DVec3::splat(3e38), hi: DVec3::splat(-3e38) });
+    let (c0, b0) = left.unwrap_or(absent);
+    let (c1, b1) = right.unwrap_or(absent);
+    let pad = |b: Bounds| if b.is_empty() { (b.lo.as_vec3().into(), b.hi.as_vec3().into()) } else { outward(b) };
+    let ((lo_0, hi_0), (lo_1, hi_1)) = (pad(b0), pad(b1));
+    Node { lo_0, hi_0, lo_1, hi_1, child_0: c0, child_1: c1 }
+}
+
+/// The box padded, and rounded outward to f32.
+pub fn outward(b: Bounds) -> ([f32; 3], [f32; 3]) {
+    let down = |x: f64| {
+        let f = (x - PADDING) as f32;
+        if f64::from(f) > x - PADDING { f.next_down() } else { f }
+    };
+    let up = |x: f64| {
+        let f = (x + PADDING) as f32;
+        if f64::from(f) < x + PADDING { f.next_up() } else { f }
+    };
+    (b.lo.to_array().map(down), b.hi.to_array().map(up))
+}
+
+impl Builder<'_> {
+    fn leaf_fits(&self, indices: &[u32], target: usize) -> bool {
+        let first = self.items[indices[0] as usize].is_sphere;
+        indices.len() <= target.min(LEAF_MAX as usize)
+            && indices.iter().all(|i| self.items[*i as usize].is_sphere == first)
+            && indices.len() <= LEAF_TARGET
+    }
+
+    fn bounds(&self, indices: &[u32]) -> Bounds {
+        indices.iter().fold(Bounds::EMPTY, |b, i| b.union(self.items[*i as usize].bounds))
+    }
+
+    fn leaf(&mut self, indices: &[u32]) -> Child {
+        let bounds = self.bounds(indices);
+        let spheres = self.items[indices[0] as usize].is_sphere;
+        let (list, base) =
+            if spheres { (&mut self.spheres, self.triangle_total) } else { (&mut self.triangles, 0) };
+        let first = base + list.len() as u32;
+        list.extend_from_slice(indices);
+        (LEAF_BIT | (indices.len() as u32 - 1) << LEAF_FIRST_BITS | first, bounds)
+    }
+
+    /// A subtree over `indices`, whose parent is at level `level - 1`.
+    fn subtree(&mut self, indices: &mut [u32], level: usize) -> Child {
+        if self.leaf_fits(indices, LEAF_TARGET) {
+            return self.leaf(indices);
+        }
+        let at = self.nodes.len();
+        self.nodes.push(Node::default());
+        let bounds = self.bounds(indices);
+        let (left, right) = self.split(indices, level);
+        self.nodes[at] = node(Some(left), Some(right));
+        (at as u32, bounds)
+    }
+
+    fn split(&mut self, indices: &mut [u32], level: usize) -> (Child, Child) {
+        self.depth = self.depth.max(level);
+        let middle = self.partition(indices, level);
+        let (left, right) = indices.split_at_mut(middle);
+        let a = self.subtree(left, level + 1);
+        let b = self.subtree(right, level + 1);
+        (a, b)
+    }
+
+    /// Reorders `indices` and says where to cut: the best binned SAH plane if both sides can still
+    /// be finished by halving within the stack, else the median.
+    fn partition(&self, indices: &mut [u32], level: usize) -> usize {
+        let n = indices.len();
+        let center = |i: u32| {
+            let b = self.items[i as usize].bounds;
+            b.lo * 0.5 + b.hi * 0.5
+        };
+        let centers = indices.iter().fold(Bounds::EMPTY, |b, i| b.with(center(*i)));
+        let extent = centers.hi - centers.lo;
+        // Levels that halving still needs: to single items, and one to part kinds.
+        let needs = |n: usize| n.next_power_of_two().trailing_zeros() as usize + 1;
+        if let Some((axis, cut)) = self.best_plane(indices, &centers) {
+            let scale = BINS as f64 / extent[axis];
+            let bin = |i: u32| (((center(i)[axis] - centers.lo[axis]) * scale) as usize).min(BINS - 1);
+            let middle = partition_by(indices, |i| bin(i) < cut);
+            let larger = middle.max(n - middle);
+            if middle > 0 && middle < n && level + needs(larger) < STACK_SIZE as usize {
+                return middle;
+            }
+        }
+        let mixed = indices.iter().any(|i| self.items[*i as usize].is_sphere)
+            && indices.iter().any(|i| !self.items[*i as usize].is_sphere);
+        if mixed && n <= LEAF_MAX as usize {
+            return partition_by(indices, |i| !self.items[i as usize].is_sphere);
+        }
+        let axis = (0..3).max_by(|a, b| extent[*a].total_cmp(&extent[*b])).unwrap_or(0);
+        indices.select_nth_unstable_by(n / 2, |a, b| {
+            center(*a)[axis].total_cmp(&center(*b)[axis]).then(a.cmp(b))
+        });
+        n / 2
+    }
+
+    /// Axis and first bin of the right side with the least SAH cost.
+    fn best_plane(&self, indices: &[u32], centers: &Bounds) -> Option<(usize, usize)> {
+        let mut best: Option<(f64, usize, usize)> = None;
+        for axis in 0..3 {
+            let extent = centers.hi[axis] - centers.lo[axis];
+            // Not positive: all centres coincide on this axis; an overflowing scale splits nothing.
+            let scale = BINS as f64 / extent;
+            if !(extent > 0.0 && scale.is_finite()) {
+                continue;
+            }
+            let mut bins = [(0usize, Bounds::EMPTY); BINS];
+            for i in indices {
+                let b = self.items[*i as usize].bounds;
+                let c = b.lo[axis] * 0.5 + b.hi[axis] * 0.5;
+                let slot = &mut bins[(((c - centers.lo[axis]) * scale) as usize).min(BINS - 1)];
+                *slot = (slot.0 + 1, slot.1.union(b));
+            }
+            let mut right_cost = [0.0; BINS];
+            let (mut count, mut bounds) = (0, Bounds::EMPTY);
+            for cut in (1..BINS).rev() {
+                count += bins[cut].0;
+                bounds = bounds.union(bins[cut].1);
+                right_cost[cut] = half_area(&bounds) * count as f64;
+            }
+            let (mut count, mut bounds) = (0, Bounds::EMPTY);
+            for cut in 1..BINS {
+                count += bins[cut - 1].0;
+                bounds = bounds.union(bins[cut - 1].1);
+                let cost = half_area(&bounds) * count as f64 + right_cost[cut];
+                if count > 0 && count < indices.len() && best.is_none_or(|b| cost < b.0) {
+                    best = Some((cost, axis, cut));
+                }
+            }
+        }
+        best.map(|(_, axis, cut)| (axis, cut))
+    }
+}
+
+fn half_area(b: &Bounds) -> f64 {
+    if b.is_empty() {
+        return 0.0;
+    }
+    let e = b.hi - b.lo;
+    e.x * e.y + e.y * e.z + e.z * e.x
+}
+
+/// Stable enough for determinism: a two-pointer partition whose result depends on the input alone.
+fn partition_by(indices: &mut [u32], left: impl Fn(u32) -> bool) -> usize {
+    let mut at = 0;
+    for i in 0..indices.len() {
+        if left(indices[i]) {
+            indices.swap(at, i);
+            at += 1;
+        }
+    }
+    at
+}
+
+impl Bvh {
+    /// Checks the structure: every item in exactly one leaf, leaves of one kind, every box around
+    /// its items, levels within the stack.
+    pub fn validate(&self, items: &[Item]) -> Result<(), String> {
+        if self.depth >= STACK_SIZE as usize {
+            return Err(format!("depth {} passes the stack of {STACK_SIZE}", self.depth));
+        }
+        let mut seen = vec![false; items.len()];
+        let mut work = vec![(0u32, 1usize)];
+        while let Some((at, level)) = work.pop() {
+            if level > self.depth {
+                return Err(format!("node {at} lies at level {level}, deeper than {}", self.depth));
+            }
+            let n = self.nodes.get(at as usize).ok_or(format!("node {at} does not exist"))?;
+            for (child, lo, hi) in [(n.child_0, n.lo_0, n.hi_0), (n.child_1, n.lo_1, n.hi_1)] {
+                if lo[0] > hi[0] {
+                    continue;
+                }
+                for item in self.items_below(child)? {
+                    let (l, h) = outward(items[item as usize].bounds);
+                    if (0..3).any(|a| l[a] < lo[a] || h[a] > hi[a]) {
+                        return Err(format!("item {item} sticks out of its box below node {at}"));
+                    }
+                }
+                if child & LEAF_BIT == 0 {
+                    work.push((child, level + 1));
+                    continue;
+                }
+                let mut kinds = [false; 2];
+                for item in self.items_below(child)? {
+                    kinds[usize::from(items[item as usize].is_sphere)] = true;
+                    if std::mem::replace(&mut seen[item as usize], true) {
+                        return Err(format!("item {item} is in two leaves"));
+                    }
+                }
+                if kinds == [true; 2] {
+                    return Err(format!("a leaf below node {at} mixes kinds"));
+                }
+            }
+        }
+        match seen.iter().position(|s| !s) {
+            Some(item) => Err(format!("item {item} is in no leaf")),
+            None => Ok(()),
+        }
+    }
+
+    fn items_below(&self, child: u32) -> Result<Vec<u32>, String> {
+        let (mut found, mut work) = (Vec::new(), vec![child]);
+        while let Some(c) = work.pop() {
+            if c & LEAF_BIT != 0 {
+                let first = (c & ((1 << LEAF_FIRST_BITS) - 1)) as usize;
+                let count = ((c & !LEAF_BIT) >> LEAF_FIRST_BITS) as usize + 1;
+                let run = self.order.get(first..first + count).ok_or("a leaf reaches past the items")?;
+                found.extend_from_slice(run);
+            } else {
+                let n = self.nodes.get(c as usize).ok_or(format!("node {c} does not exist"))?;
+                for (child, lo, hi) in [(n.child_0, n.lo_0, n.hi_0), (n.child_1, n.lo_1, n.hi_1)] {
+                    if lo[0] <= hi[0] {
+                        work.push(child);
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::pcg4d;
+
+    fn boxes(n: u32, spheres: u32, spread: f64) -> Vec<Item> {
+        (0..n)
+            .map(|i| {
+                let h = pcg4d([i, 1, 2, 3]).map(|c| f64::from(c) / f64::from(u32::MAX) - 0.5);
+                let lo = DVec3::new(h[0], h[1], h[2]) * spread;
+                Item { bounds: Bounds { lo, hi: lo + DVec3::splat(h[3].abs() * 0.01) }, is_sphere: i < spheres }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sound_for_all_sizes() {
+        for n in [0, 1, 2, 3, 5, 17, 100, 3000] {
+            let items = boxes(n, n / 3, 1.0);
+            build(&items).validate(&items).unwrap();
+        }
+    }
+
+    #[test]
+    fn coincident_and_clustered_items_stay_within_the_stack() {
+        let same = vec![Item { bounds: Bounds::EMPTY.with(DVec3::ZERO), is_sphere: false }; 100_000];
+        build(&same).validate(&same).unwrap();
+        // Each item half as far out as the last: SAH would peel them off one by one.
+        let cluster: Vec<Item> = (0..500)
+            .map(|i| Item {
+                bounds: Bounds::of_sphere(DVec3::splat(2f64.powi(-i)), 2f64.powi(-i - 2)),
+                is_sphere: true,
+            })
+            .collect();
+        build(&cluster).validate(&cluster).unwrap();
+    }
+
+    #[test]
+    fn validate_catches_defects() {
+        let items = boxes(300, 100, 1.0);
+        let good = build(&items);
+        let mut shrunk = good.clone();
+        shrunk.nodes[0].hi_0[1] = shrunk.nodes[0].lo_0[1];
+        assert!(shrunk.validate(&items).unwrap_err().contains("sticks out"));
+        let mut lost = good.clone();
+        lost.order[7] = lost.order[8];
+        assert!(lost.validate(&items).is_err());
+        let mut deep = good;
+        deep.depth = 2;
+        assert!(deep.validate(&items).unwrap_err().contains("deeper"));
+    }
+}

@@ -1,0 +1,157 @@
+//! The local frame: kernels see `(world - center) * 2^scale_log2`, so that the scene fills a ball of
+//! radius in (1/2, 1] and f32 spends its bits on it (numerics, finding 7). The power of two is exact:
+//! scaling a scene by one changes no bit of its image.
+
+use crate::scene::{Camera, Scene};
+use glam::DVec3;
+
+/// Axis-aligned box, f64.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Least corner.
+    pub lo: DVec3,
+    /// Greatest corner.
+    pub hi: DVec3,
+}
+
+impl Bounds {
+    /// Contains nothing.
+    pub const EMPTY: Bounds = Bounds { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
+
+    /// Smallest box with `p` as well.
+    pub fn with(self, p: DVec3) -> Bounds {
+        Bounds { lo: self.lo.min(p), hi: self.hi.max(p) }
+    }
+
+    /// Smallest box around both.
+    pub fn union(self, other: Bounds) -> Bounds {
+        Bounds { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// A sphere's box.
+    pub fn of_sphere(center: DVec3, radius: f64) -> Bounds {
+        Bounds { lo: center - DVec3::splat(radius), hi: center + DVec3::splat(radius) }
+    }
+
+    /// True if it contains no point.
+    pub fn is_empty(&self) -> bool {
+        self.lo.cmpgt(self.hi).any()
+    }
+
+    /// True if the boxes share a point.
+    pub fn touches(&self, other: &Bounds) -> bool {
+        self.lo.cmple(other.hi).all() && other.lo.cmple(self.hi).all()
+    }
+
+    /// The eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { self.lo[axis] } else { self.hi[axis] };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+}
+
+/// The map from the user's space to the kernels'.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalFrame {
+    /// World position of the local origin, metres.
+    pub center: DVec3,
+    /// Binary exponent of the scale.
+    pub scale_log2: i32,
+    /// The scene's box in local coordinates.
+    pub bounds: Bounds,
+}
+
+impl LocalFrame {
+    /// The frame of all geometry; of the eye alone where there is none.
+    pub fn of(scene: &Scene) -> LocalFrame {
+        let mut world = Bounds::EMPTY;
+        for p in scene.polygons.iter().flat_map(|p| &p.vertices) {
+            world = world.with(*p);
+        }
+        for mesh in &scene.meshes {
+            for face in &mesh.faces {
+                for v in face.vertices {
+                    world = world.with(mesh.vertices[v as usize]);
+                }
+            }
+        }
+        for s in &scene.spheres {
+            world = world.union(Bounds::of_sphere(s.center, s.radius));
+        }
+        if world.is_empty() {
+            world = Bounds::EMPTY.with(scene.camera.look_from);
+        }
+        // Halves first: the sum of two large coordinates must not overflow.
+        let center = world.lo * 0.5 + world.hi * 0.5;
+        let half = world.hi * 0.5 - world.lo * 0.5;
+        let scale_log2 = -exponent_of_length(half);
+        let mut frame = LocalFrame { center, scale_log2, bounds: Bounds::EMPTY };
+        frame.bounds = Bounds { lo: frame.point(world.lo), hi: frame.point(world.hi) };
+        frame
+    }
+
+    /// 2^scale_log2 applied to a length; exact unless it leaves f64's range.
+    pub fn length(&self, world: f64) -> f64 {
+        times_power_of_two(world, self.scale_log2)
+    }
+
+    /// A point in local coordinates.
+    pub fn point(&self, world: DVec3) -> DVec3 {
+        let d = world - self.center;
+        DVec3::new(self.length(d.x), self.length(d.y), self.length(d.z))
+    }
+
+    /// The eye's position in local coordinates and how far in front of it, along the view, all
+    /// geometry begins: 0 if the eye is beside or within the scene's box.
+    pub fn eye(&self, camera: &Camera, forward: DVec3) -> (DVec3, f64) {
+        let eye = self.point(camera.look_from);
+        let nearest =
+            self.bounds.corners().iter().map(|c| (*c - eye).dot(forward)).fold(f64::INFINITY, f64::min);
+        // Kept clear of the geometry by more than f32 rounds the start plane: u times a ball of
+        // radius 1 and u relative, each with a factor of 8 in hand.
+        let clear = nearest - nearest.abs() * 2f64.powi(-21) - 2f64.powi(-21);
+        (eye, clear.max(0.0))
+    }
+}
+
+/// x * 2^k in two exact steps, so that 2^k itself may lie outside f64's range.
+pub fn times_power_of_two(x: f64, k: i32) -> f64 {
+    let half = k / 2;
+    x * 2f64.powi(half) * 2f64.powi(k - half)
+}
+
+/// The k with |v| in (2^(k-1), 2^k]; 0 for the zero vector.
+fn exponent_of_length(v: DVec3) -> i32 {
+    let m = v.abs().max_element();
+    if m == 0.0 || !m.is_finite() {
+        return 0;
+    }
+    let k = m.log2().floor() as i32;
+    let scaled = DVec3::new(
+        times_power_of_two(v.x, -k),
+        times_power_of_two(v.y, -k),
+        times_power_of_two(v.z, -k),
+    );
+    let length = scaled.length(); // in [1, 2 sqrt 3]
+    k + (length.log2().ceil() as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn length_lands_in_the_unit_ball() {
+        for k in [-300, -60, -1, 0, 1, 60, 300] {
+            for v in [DVec3::new(1.0, 0.0, 0.0), DVec3::new(3.0, -2.0, 0.5), DVec3::splat(0.9)] {
+                let w = v * 2f64.powi(k);
+                let e = exponent_of_length(w);
+                let r = times_power_of_two(w.length(), -e);
+                assert!(r > 0.5 && r <= 1.0, "{w:?}: {r}");
+            }
+        }
+        assert_eq!(exponent_of_length(DVec3::ZERO), 0);
+    }
+}

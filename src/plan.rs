@@ -1,0 +1,202 @@
+//! What this scene needs on this device, decided before anything is allocated: specialisation,
+//! queue capacity, tile and batch, bytes.
+
+use crate::abi::{self, Buf, GpuStruct, Specialisation};
+use crate::pack::Packed;
+use crate::settings::Settings;
+
+/// The limits of a device that a plan depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one storage-buffer binding.
+    pub storage_range: u64,
+    /// Bytes of the heap that buffers come from.
+    pub heap: u64,
+    /// Invocations per workgroup.
+    pub workgroup_invocations: u32,
+    /// True for a software device: its memory is the caches of a few cores.
+    pub is_cpu: bool,
+}
+
+/// Why no plan exists; says what would fit.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct PlanError(pub String);
+
+/// A plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Kernel variant.
+    pub specialisation: Specialisation,
+    /// Rays that fit a queue.
+    pub capacity: u32,
+    /// Pixels of a tile, at most.
+    pub tile_pixels: u32,
+    /// Samples per pixel traced together, at most.
+    pub batch_samples: u32,
+    /// Lights per `shadow` pass.
+    pub lights_per_pass: u32,
+    /// Bytes of each buffer, in binding order.
+    pub buffer_bytes: Vec<u64>,
+    /// What the scene requires, in plain words.
+    pub features: Vec<&'static str>,
+}
+
+/// Rays per batch that keep lavapipe's queues in its caches; measured (ARCHITECTURE.md, "Figures").
+const CPU_BATCH: u32 = 1 << 17;
+/// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
+/// under a quarter of a small card's memory.
+const GPU_BATCH: u32 = 1 << 21;
+/// Queue entries per sample of a batch where rays branch. Not a bound: a fuller queue is detected
+/// before it is written, and the tile is traced again in smaller batches.
+const BRANCHING_ROOM: u32 = 4;
+/// Steps that one traversal may take when a pass walks `n` lights: all loops of an invocation share
+/// lavapipe's 65,535 iterations.
+const LIGHTS_PER_PASS: u32 = 8;
+/// Share of the heap that a plan may take, in eighths.
+const HEAP_EIGHTHS: u64 = 6;
+
+impl Plan {
+    /// Plans `packed` under `settings`.
+    pub fn new(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
+        let workgroup = settings
+            .schedule
+            .workgroup
+            .unwrap_or(64)
+            .min(limits.workgroup_invocations)
+            .min(abi::WORKGROUP_MAX);
+        let [x0, y0, x1, y1] = settings.region();
+        let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
+        let total = pixels.saturating_mul(u64::from(settings.samples));
+        let wanted = if limits.is_cpu { CPU_BATCH } else { GPU_BATCH };
+        let room = match packed.branching {
+            true => BRANCHING_ROOM.min(1u32.checked_shl(settings.depth - 1).unwrap_or(u32::MAX)),
+            false => 1,
+        };
+        let lights_per_pass = (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS);
+        let per_light = abi::LOOP_CAP / lights_per_pass;
+        if packed.bvh_depth == 0 && packed.primitive_count() as u32 > per_light {
+            return Err(PlanError(format!(
+                "brute force over {} primitives passes the {per_light} loop iterations a kernel may run; use the hierarchy",
+                packed.primitive_count()
+            )));
+        }
+        let mut plan = Plan {
+            specialisation: Specialisation {
+                workgroup,
+                triangle_count: packed.triangles.len() as u32,
+                sphere_count: packed.spheres.len() as u32,
+                light_count: packed.lights.len() as u32,
+                use_bvh: u32::from(packed.bvh_depth > 0),
+                smooth_normals: u32::from(!packed.corner_normals.is_empty()),
+                media_capacity: packed.media_capacity,
+                branching: u32::from(packed.branching),
+                loop_cap: per_light,
+            },
+            capacity: 0,
+            tile_pixels: 0,
+            batch_samples: 0,
+            lights_per_pass,
+            buffer_bytes: Vec::new(),
+            features: packed.features(),
+        };
+        // Halve the batch until every queue fits a binding and all of them the heap.
+        let mut batch = u64::from(wanted).min(total).max(1) as u32;
+        loop {
+            plan.size_for(packed, settings, batch, room);
+            let largest = plan.buffer_bytes.iter().copied().max().unwrap_or(0);
+            let fits = largest <= limits.storage_range && plan.bytes() <= limits.heap / 8 * HEAP_EIGHTHS;
+            if fits {
+                break;
+            }
+            if batch == 1 {
+                return Err(plan.too_large(packed, limits));
+            }
+            batch = (batch / 2).max(1);
+        }
+        if let Some(tile) = settings.schedule.tile_pixels {
+            plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
+        }
+        plan.batch_samples = (plan.capacity / room / plan.tile_pixels).clamp(1, settings.samples);
+        if let Some(samples) = settings.schedule.batch_samples {
+            plan.batch_samples = plan.batch_samples.min(samples.max(1));
+        }
+        Ok(plan)
+    }
+
+    fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32) {
+        let [x0, y0, x1, y1] = settings.region();
+        self.capacity = batch.saturating_mul(room);
+        // Whole rows where a row fits.
+        let width = x1 - x0;
+        let rows = (batch / width).clamp(1, y1 - y0);
+        self.tile_pixels = (rows * width).min(batch);
+        let (capacity, tile, batch) = (u64::from(self.capacity), u64::from(self.tile_pixels), u64::from(batch));
+        let groups = capacity.div_ceil(u64::from(self.specialisation.workgroup)) + 1;
+        let media = u64::from(packed.media_capacity);
+        self.buffer_bytes = abi::BUFFERS
+            .iter()
+            .map(|(_, element, buffer)| {
+                let count = match buffer {
+                    Buf::Camera | Buf::Queue | Buf::NextQueue => 1,
+                    Buf::Triangles => packed.triangles.len() as u64,
+                    Buf::TriangleInfos => packed.triangle_infos.len() as u64,
+                    Buf::CornerNormals => packed.corner_normals.len() as u64,
+                    Buf::Spheres => packed.spheres.len() as u64,
+                    Buf::SphereInfos => packed.sphere_infos.len() as u64,
+                    Buf::Nodes => packed.nodes.len() as u64,
+                    Buf::Materials => packed.materials.len() as u64,
+                    Buf::Lights => packed.lights.len() as u64,
+                    Buf::SolidIors => packed.solid_iors.len() as u64,
+                    Buf::EyeMedia => media,
+                    Buf::Rays | Buf::NextRays | Buf::Hits | Buf::Surfaces => capacity,
+                    Buf::Contributions if packed.branching || packed.lights.len() as u32 > self.lights_per_pass => {
+                        capacity
+                    }
+                    Buf::Contributions => 1,
+                    Buf::Media | Buf::NextMedia => capacity * media,
+                    Buf::Totals | Buf::Offsets => groups,
+                    Buf::Slots => batch,
+                    Buf::Film => tile,
+                    Buf::DepthCounts => u64::from(settings.depth) + 1,
+                    Buf::Counters => u64::from(abi::COUNTERS),
+                };
+                // Vulkan knows no empty buffer.
+                count.max(1) * element_bytes(element)
+            })
+            .collect();
+    }
+
+    /// Device bytes in all.
+    pub fn bytes(&self) -> u64 {
+        self.buffer_bytes.iter().sum()
+    }
+
+    fn too_large(&self, packed: &Packed, limits: &Limits) -> PlanError {
+        let (name, bytes) = abi::BUFFERS
+            .iter()
+            .zip(&self.buffer_bytes)
+            .max_by_key(|(_, bytes)| **bytes)
+            .map_or(("", 0), |((name, ..), bytes)| (*name, *bytes));
+        let share = limits.storage_range as f64 / bytes as f64;
+        PlanError(format!(
+            "{} primitives need {} bytes for `{name}`; this device binds {} bytes at once and has a heap of {}. \
+             About {:.0} primitives would fit",
+            packed.primitive_count(),
+            bytes,
+            limits.storage_range,
+            limits.heap,
+            packed.primitive_count() as f64 * share.min(1.0),
+        ))
+    }
+}
+
+/// Bytes of a buffer's element by its GLSL name.
+pub fn element_bytes(element: &str) -> u64 {
+    let of_struct = |s: &&GpuStruct| s.name == element;
+    match (element, abi::STRUCTS.iter().find(of_struct)) {
+        (_, Some(s)) => s.size as u64,
+        ("vec3", None) => 12,
+        _ => 4,
+    }
+}

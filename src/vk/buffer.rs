@@ -1,0 +1,122 @@
+//! The buffers of a plan: one device-local storage buffer per `Buf`, and one staging buffer through
+//! which the host writes and reads.
+
+use super::device::Device;
+use super::error::{VkError, call};
+use crate::abi::BUFFERS;
+use ash::vk;
+use std::rc::Rc;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+/// One buffer with its memory.
+struct Slot {
+    handle: vk::Buffer,
+    allocation: Option<Allocation>,
+    bytes: u64,
+}
+
+/// All buffers of a plan, allocated once.
+pub struct Buffers {
+    device: Rc<Device>,
+    slots: Vec<Slot>,
+    staging: Slot,
+    marker: Slot,
+}
+
+/// Bytes of the staging buffer at least; larger uploads go in pieces of it.
+const STAGING_LEAST: u64 = 1 << 20;
+
+impl Buffers {
+    /// Allocates buffers of `bytes`, in binding order; `readback` is the largest single read.
+    pub fn new(device: &Rc<Device>, bytes: &[u64], readback: u64) -> Result<Buffers, VkError> {
+        let staging = allocate(device, "staging", readback.max(STAGING_LEAST), MemoryLocation::GpuToCpu)?;
+        let marker = allocate(device, "marker", 4, MemoryLocation::GpuToCpu)?;
+        let mut buffers = Buffers { device: Rc::clone(device), slots: Vec::with_capacity(bytes.len()), staging, marker };
+        for ((name, ..), bytes) in BUFFERS.iter().zip(bytes) {
+            buffers.slots.push(allocate(device, name, *bytes, MemoryLocation::GpuOnly)?);
+        }
+        Ok(buffers)
+    }
+
+    pub(super) fn handle(&self, buffer: crate::abi::Buf) -> vk::Buffer {
+        self.slots[buffer as usize].handle
+    }
+
+    /// Bytes of a buffer.
+    pub fn bytes(&self, buffer: crate::abi::Buf) -> u64 {
+        self.slots[buffer as usize].bytes
+    }
+
+    pub(super) fn staging(&self) -> vk::Buffer {
+        self.staging.handle
+    }
+
+    pub(super) fn marker(&self) -> vk::Buffer {
+        self.marker.handle
+    }
+
+    /// Number of the pass that was begun last.
+    pub(super) fn last_marker(&self) -> u32 {
+        let bytes = self.marker.allocation.as_ref().and_then(|a| a.mapped_slice());
+        bytes.and_then(|b| b.first_chunk()).map_or(0, |b| u32::from_le_bytes(*b))
+    }
+
+    /// The staging memory, as the host sees it.
+    pub fn staging_bytes(&mut self) -> &mut [u8] {
+        self.staging.allocation.as_mut().and_then(|a| a.mapped_slice_mut()).unwrap_or_default()
+    }
+}
+
+fn allocate(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -> Result<Slot, VkError> {
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        | vk::BufferUsageFlags::INDIRECT_BUFFER
+        | vk::BufferUsageFlags::TRANSFER_SRC
+        | vk::BufferUsageFlags::TRANSFER_DST;
+    let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+    // SAFETY: the device is alive; size is not zero (plans round up to one element).
+    let handle = unsafe { device.raw.create_buffer(&info, None) }.map_err(call("vkCreateBuffer", name))?;
+    let mut slot = Slot { handle, allocation: None, bytes };
+    // SAFETY: the buffer was made by this device.
+    let requirements = unsafe { device.raw.get_buffer_memory_requirements(handle) };
+    let bound = device
+        .allocator()
+        .allocate(&AllocationCreateDesc {
+            name,
+            requirements,
+            location,
+            linear: true,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        })
+        .map_err(|source| VkError::Memory { name: name.into(), bytes, source })
+        .and_then(|allocation| {
+            // SAFETY: memory and offset come from the allocator for exactly this buffer.
+            let bound = unsafe { device.raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
+            slot.allocation = Some(allocation);
+            bound.map_err(call("vkBindBufferMemory", name))
+        });
+    match bound {
+        Ok(()) => Ok(slot),
+        Err(error) => {
+            release(device, &mut slot);
+            Err(error)
+        }
+    }
+}
+
+fn release(device: &Device, slot: &mut Slot) {
+    // SAFETY: the recorder waits for its submits, so no command uses the buffer any more.
+    unsafe { device.raw.destroy_buffer(slot.handle, None) };
+    if let Some(allocation) = slot.allocation.take() {
+        // An error here means a broken allocator; there is nothing left to do with the memory.
+        drop(device.allocator().free(allocation));
+    }
+}
+
+impl Drop for Buffers {
+    fn drop(&mut self) {
+        for slot in self.slots.iter_mut().chain([&mut self.staging, &mut self.marker]) {
+            release(&self.device, slot);
+        }
+    }
+}

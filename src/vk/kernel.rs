@@ -1,0 +1,130 @@
+//! Pipelines: every kernel of the frame under one specialisation, with its layouts.
+
+use super::device::Device;
+use super::error::{VkError, call};
+use crate::abi::{BUFFERS, Push, Specialisation};
+use crate::kernels::{KERNELS, Kernel};
+use ash::vk;
+use std::rc::Rc;
+
+/// One kernel, ready to bind.
+#[derive(Clone, Copy)]
+pub(super) struct Pipeline {
+    pub(super) handle: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) set_layout: vk::DescriptorSetLayout,
+}
+
+/// All kernels under one specialisation.
+pub struct Pipelines {
+    device: Rc<Device>,
+    pipelines: Vec<Pipeline>,
+}
+
+/// Buffers a kernel touches, in binding order.
+pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
+    let used = kernel.code().reads | kernel.code().writes;
+    BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
+}
+
+impl Pipelines {
+    /// Builds all pipelines.
+    pub fn new(device: &Rc<Device>, specialisation: &Specialisation) -> Result<Pipelines, VkError> {
+        let mut all = Pipelines { device: Rc::clone(device), pipelines: Vec::new() };
+        let values = specialisation.values();
+        for code in &KERNELS {
+            let pipeline = build(device, code, &values)?;
+            all.pipelines.push(pipeline);
+        }
+        device.store_pipeline_cache();
+        Ok(all)
+    }
+
+    pub(super) fn get(&self, kernel: Kernel) -> Pipeline {
+        self.pipelines[kernel as usize]
+    }
+}
+
+fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> Result<Pipeline, VkError> {
+    let used = code.reads | code.writes;
+    let bindings: Vec<_> = (0..BUFFERS.len() as u32)
+        .filter(|b| used >> b & 1 == 1)
+        .map(|b| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(b)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        })
+        .collect();
+    let mut made = Pipeline {
+        handle: vk::Pipeline::null(),
+        layout: vk::PipelineLayout::null(),
+        set_layout: vk::DescriptorSetLayout::null(),
+    };
+    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+    // SAFETY: `info` lives through the call.
+    made.set_layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
+        .map_err(call("vkCreateDescriptorSetLayout", code.name))?;
+    let result = finish(device, code, values, &mut made);
+    if let Err(error) = result {
+        destroy(device, &made);
+        return Err(error);
+    }
+    Ok(made)
+}
+
+fn finish(
+    device: &Device,
+    code: &crate::kernels::KernelCode,
+    values: &[u32],
+    made: &mut Pipeline,
+) -> Result<(), VkError> {
+    let sets = [made.set_layout];
+    let pushes = [vk::PushConstantRange::default()
+        .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        .size(size_of::<Push>() as u32)];
+    let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets).push_constant_ranges(&pushes);
+    // SAFETY: `info` lives through the call.
+    made.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
+        .map_err(call("vkCreatePipelineLayout", code.name))?;
+    let words = code.spirv.words();
+    let info = vk::ShaderModuleCreateInfo::default().code(&words);
+    // SAFETY: the module was compiled and checked at build time.
+    let module = unsafe { device.raw.create_shader_module(&info, None) }
+        .map_err(call("vkCreateShaderModule", code.name))?;
+    let entries: Vec<_> = (0..values.len() as u32)
+        .map(|i| vk::SpecializationMapEntry::default().constant_id(i).offset(4 * i).size(4))
+        .collect();
+    let specialisation =
+        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(values));
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module)
+        .name(c"main")
+        .specialization_info(&specialisation);
+    let infos = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(made.layout)];
+    // SAFETY: all handles are this device's; the chain lives through the call.
+    let built = unsafe { device.raw.create_compute_pipelines(device.cache, &infos, None) };
+    // SAFETY: a pipeline does not need its module once built.
+    unsafe { device.raw.destroy_shader_module(module, None) };
+    made.handle = built.map_err(|(_, result)| call("vkCreateComputePipelines", code.name)(result))?[0];
+    Ok(())
+}
+
+fn destroy(device: &Device, pipeline: &Pipeline) {
+    // SAFETY: the recorder waits for its submits, so no command uses these any more; null is allowed.
+    unsafe { device.raw.destroy_pipeline(pipeline.handle, None) };
+    // SAFETY: as above.
+    unsafe { device.raw.destroy_pipeline_layout(pipeline.layout, None) };
+    // SAFETY: as above.
+    unsafe { device.raw.destroy_descriptor_set_layout(pipeline.set_layout, None) };
+}
+
+impl Drop for Pipelines {
+    fn drop(&mut self) {
+        for pipeline in &self.pipelines {
+            destroy(&self.device, pipeline);
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! The Vulkan side: the only module with `unsafe`, and the only one that names `ash`.
+//!
+//! Four objects by lifetime: [`Device`] (the process), [`Pipelines`] (a kernel variant), [`Buffers`]
+//! (a plan) and [`Recorder`] (a submit).
+#![allow(unsafe_code)]
+
+mod buffer;
+mod debug;
+mod device;
+mod error;
+mod kernel;
+mod list;
+mod recorder;
+
+pub use buffer::Buffers;
+pub use device::Device;
+pub use error::VkError;
+pub use kernel::Pipelines;
+pub use list::{DeviceSummary, list};
+pub use recorder::{DISPATCHES_MAX, Dispatch, Recorder, Timed};

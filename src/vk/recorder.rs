@@ -1,0 +1,386 @@
+//! One submit: commands in order, every dispatch between two timestamps with a barrier closing it.
+
+use super::buffer::Buffers;
+use super::device::Device;
+use super::error::{VkError, call};
+use super::kernel::{Pipelines, bound};
+use crate::abi::{Buf, GROUPS_PER_ROW, Push};
+use crate::kernels::{KERNELS, Kernel};
+use crate::passes::{Pass, Size, at_depth};
+use ash::vk;
+use std::rc::Rc;
+use std::time::Instant;
+
+/// Dispatches of one submit at most: one timestamp each, and one to begin with.
+pub const DISPATCHES_MAX: usize = 4095;
+/// vkCmdUpdateBuffer takes no more.
+const UPDATE_MAX: usize = 65_536;
+
+/// One dispatch of a pass.
+#[derive(Debug, Clone, Copy)]
+pub struct Dispatch {
+    /// Row of the frame.
+    pub pass: &'static Pass,
+    /// Depth of the rays, from 1; 0 outside the per-depth loop.
+    pub depth: u32,
+    /// Its push constants.
+    pub push: Push,
+    /// Items, where the host knows them.
+    pub items: u32,
+}
+
+/// A dispatch and its device time.
+#[derive(Debug, Clone, Copy)]
+pub struct Timed {
+    /// What ran.
+    pub kernel: Kernel,
+    /// At which depth.
+    pub depth: u32,
+    /// Seconds from the end of the one before it to its own closing barrier.
+    pub seconds: f64,
+}
+
+/// Records and submits; reused from submit to submit.
+pub struct Recorder {
+    device: Rc<Device>,
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+    descriptors: vk::DescriptorPool,
+    /// Sets by kernel, for odd and even depths.
+    sets: Vec<[vk::DescriptorSet; 2]>,
+    labels: Option<ash::ext::debug_utils::Device>,
+    workgroup: u32,
+    recorded: Vec<(Kernel, u32)>,
+    /// For a test of the tests: the barrier after this kernel is left out.
+    omitted_barrier: Option<Kernel>,
+}
+
+impl Recorder {
+    /// A recorder for `pipelines` on `buffers`.
+    pub fn new(
+        device: &Rc<Device>,
+        pipelines: &Pipelines,
+        buffers: &Buffers,
+        workgroup: u32,
+    ) -> Result<Recorder, VkError> {
+        let mut recorder = Recorder {
+            device: Rc::clone(device),
+            pool: vk::CommandPool::null(),
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            descriptors: vk::DescriptorPool::null(),
+            sets: Vec::new(),
+            labels: device.labels(),
+            workgroup,
+            recorded: Vec::new(),
+            omitted_barrier: None,
+        };
+        recorder.create(pipelines, buffers)?;
+        Ok(recorder)
+    }
+
+    fn create(&mut self, pipelines: &Pipelines, buffers: &Buffers) -> Result<(), VkError> {
+        let raw = &self.device.raw;
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(self.device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        // SAFETY: `info` lives through the call; the family is the device's.
+        self.pool =
+            unsafe { raw.create_command_pool(&info, None) }.map_err(call("vkCreateCommandPool", "frame"))?;
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
+        // SAFETY: the pool was made just now.
+        self.commands = unsafe { raw.allocate_command_buffers(&info) }
+            .map_err(call("vkAllocateCommandBuffers", "frame"))?[0];
+        // SAFETY: no preconditions.
+        self.fence = unsafe { raw.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .map_err(call("vkCreateFence", "frame"))?;
+        if self.device.chosen.timestamp_bits > 0 {
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::TIMESTAMP)
+                .query_count(DISPATCHES_MAX as u32 + 1);
+            // SAFETY: `info` lives through the call.
+            self.queries =
+                unsafe { raw.create_query_pool(&info, None) }.map_err(call("vkCreateQueryPool", "timestamps"))?;
+        }
+        let per_parity: usize = KERNELS.iter().map(|k| (k.reads | k.writes).count_ones() as usize).sum();
+        let sizes = [vk::DescriptorPoolSize {
+            ty: vk::DescriptorType::STORAGE_BUFFER,
+            descriptor_count: 2 * per_parity as u32,
+        }];
+        let info =
+            vk::DescriptorPoolCreateInfo::default().max_sets(2 * KERNELS.len() as u32).pool_sizes(&sizes);
+        // SAFETY: `info` lives through the call.
+        self.descriptors = unsafe { raw.create_descriptor_pool(&info, None) }
+            .map_err(call("vkCreateDescriptorPool", "frame"))?;
+        for pass in crate::passes::all() {
+            let index = pass.kernel as usize;
+            if self.sets.len() <= index {
+                self.sets.resize(KERNELS.len(), [vk::DescriptorSet::null(); 2]);
+            }
+            let layouts = [pipelines.get(pass.kernel).set_layout; 2];
+            let info =
+                vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
+            // SAFETY: the pool was sized for all of them.
+            let sets = unsafe { raw.allocate_descriptor_sets(&info) }
+                .map_err(call("vkAllocateDescriptorSets", pass.kernel.name()))?;
+            self.sets[index] = [sets[0], sets[1]];
+            for (parity, set) in sets.iter().enumerate() {
+                for buffer in bound(pass.kernel) {
+                    let target = at_depth(buffer, parity as u32 + 1);
+                    let range = [vk::DescriptorBufferInfo {
+                        buffer: buffers.handle(target),
+                        offset: 0,
+                        range: buffers.bytes(target),
+                    }];
+                    let write = [vk::WriteDescriptorSet::default()
+                        .dst_set(*set)
+                        .dst_binding(buffer as u32)
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .buffer_info(&range)];
+                    // SAFETY: set and buffer are alive and not in use.
+                    unsafe { raw.update_descriptor_sets(&write, &[]) };
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves out the barrier after `kernel`: a planted defect that synchronisation validation must catch.
+    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
+        self.omitted_barrier = kernel;
+    }
+
+    /// Begins a submit.
+    pub fn begin(&mut self) -> Result<(), VkError> {
+        self.recorded.clear();
+        let raw = &self.device.raw;
+        let info =
+            vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the last submit was waited for.
+        unsafe { raw.begin_command_buffer(self.commands, &info) }
+            .map_err(call("vkBeginCommandBuffer", "frame"))?;
+        if self.queries != vk::QueryPool::null() {
+            // SAFETY: recording; all queries are in range and unused.
+            unsafe { raw.cmd_reset_query_pool(self.commands, self.queries, 0, DISPATCHES_MAX as u32 + 1) };
+        }
+        Ok(())
+    }
+
+    /// Makes it so that all writes by earlier shaders and copies finish and can be read by later
+    /// shaders, copies, indirect dispatches and the host.
+    fn barrier(&self) {
+        let stages = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
+        let written = vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::TRANSFER_WRITE;
+        let used = written
+            | vk::AccessFlags::SHADER_READ
+            | vk::AccessFlags::TRANSFER_READ
+            | vk::AccessFlags::INDIRECT_COMMAND_READ
+            | vk::AccessFlags::HOST_READ;
+        let barrier = [vk::MemoryBarrier::default().src_access_mask(written).dst_access_mask(used)];
+        let to = stages | vk::PipelineStageFlags::DRAW_INDIRECT | vk::PipelineStageFlags::HOST;
+        // SAFETY: recording, outside a render pass.
+        unsafe {
+            self.device.raw.cmd_pipeline_barrier(
+                self.commands,
+                stages,
+                to,
+                vk::DependencyFlags::empty(),
+                &barrier,
+                &[],
+                &[],
+            );
+        }
+    }
+
+    fn timestamp(&self, index: usize) {
+        if self.queries != vk::QueryPool::null() {
+            // SAFETY: recording; `index` is at most DISPATCHES_MAX.
+            unsafe {
+                self.device.raw.cmd_write_timestamp(
+                    self.commands,
+                    vk::PipelineStageFlags::COMPUTE_SHADER,
+                    self.queries,
+                    index as u32,
+                );
+            }
+        }
+    }
+
+    /// Fills a buffer with a word.
+    pub fn fill(&mut self, buffers: &Buffers, buffer: Buf, word: u32) {
+        // SAFETY: recording; the whole buffer.
+        unsafe {
+            self.device.raw.cmd_fill_buffer(self.commands, buffers.handle(buffer), 0, vk::WHOLE_SIZE, word);
+        }
+        self.barrier();
+    }
+
+    /// Writes a small piece at the start of a buffer.
+    pub fn update(&mut self, buffers: &Buffers, buffer: Buf, bytes: &[u8]) {
+        let bytes = &bytes[..bytes.len().min(UPDATE_MAX)];
+        // SAFETY: recording; at most 64 KiB, a multiple of 4 (all shared structs are).
+        unsafe { self.device.raw.cmd_update_buffer(self.commands, buffers.handle(buffer), 0, bytes) };
+        self.barrier();
+    }
+
+    /// Dispatches of this submit so far.
+    pub fn dispatches(&self) -> usize {
+        self.recorded.len()
+    }
+
+    /// Records one dispatch of a pass.
+    pub fn dispatch(&mut self, pipelines: &Pipelines, buffers: &Buffers, d: &Dispatch) {
+        let index = self.recorded.len();
+        if index == 0 {
+            self.timestamp(0);
+        }
+        let kernel = d.pass.kernel;
+        let raw = &self.device.raw;
+        let pipeline = pipelines.get(kernel);
+        let set = self.sets[kernel as usize][(d.depth.max(1) as usize - 1) % 2];
+        if let Some(labels) = &self.labels {
+            let name = std::ffi::CString::new(format!("{} {}", kernel.name(), d.depth)).unwrap_or_default();
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+            // SAFETY: recording; the label is copied.
+            unsafe { labels.cmd_begin_debug_utils_label(self.commands, &label) };
+        }
+        // SAFETY: recording; four bytes of a four-byte buffer.
+        unsafe { raw.cmd_fill_buffer(self.commands, buffers.marker(), 0, 4, index as u32) };
+        // SAFETY: recording; pipeline and set were made for each other.
+        unsafe { raw.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, pipeline.handle) };
+        // SAFETY: as above.
+        unsafe {
+            raw.cmd_bind_descriptor_sets(
+                self.commands,
+                vk::PipelineBindPoint::COMPUTE,
+                pipeline.layout,
+                0,
+                &[set],
+                &[],
+            );
+        }
+        let stage = vk::ShaderStageFlags::COMPUTE;
+        // SAFETY: recording; the range is the layout's.
+        unsafe { raw.cmd_push_constants(self.commands, pipeline.layout, stage, 0, bytemuck::bytes_of(&d.push)) };
+        match d.pass.size {
+            Size::One => self.groups(1),
+            Size::Samples | Size::Pixels => self.groups(d.items.div_ceil(self.workgroup)),
+            Size::Rays => {
+                let queue = buffers.handle(at_depth(Buf::Queue, d.depth));
+                // SAFETY: recording; Queue starts with a VkDispatchIndirectCommand.
+                unsafe { raw.cmd_dispatch_indirect(self.commands, queue, 0) };
+            }
+        }
+        if self.omitted_barrier != Some(kernel) {
+            self.barrier();
+        }
+        if let Some(labels) = &self.labels {
+            // SAFETY: closes the label begun above.
+            unsafe { labels.cmd_end_debug_utils_label(self.commands) };
+        }
+        self.recorded.push((kernel, d.depth));
+        self.timestamp(index + 1);
+    }
+
+    fn groups(&self, groups: u32) {
+        let (x, y) = (groups.min(GROUPS_PER_ROW), groups.div_ceil(GROUPS_PER_ROW));
+        // SAFETY: recording; rows keep each axis within the least limit Vulkan promises.
+        unsafe { self.device.raw.cmd_dispatch(self.commands, x, y, 1) };
+    }
+
+    /// Copies the start of a buffer to staging at `offset`.
+    pub fn download(&mut self, buffers: &Buffers, buffer: Buf, bytes: u64, offset: u64) {
+        let region = [vk::BufferCopy { src_offset: 0, dst_offset: offset, size: bytes }];
+        // SAFETY: recording; the caller's plan sized both buffers.
+        unsafe {
+            self.device.raw.cmd_copy_buffer(self.commands, buffers.handle(buffer), buffers.staging(), &region);
+        }
+        self.barrier();
+    }
+
+    /// Submits, waits, and says how long each dispatch took. Without timestamps the wall time of
+    /// the submit is shared out evenly.
+    pub fn submit(&mut self, buffers: &Buffers) -> Result<Vec<Timed>, VkError> {
+        let raw = &self.device.raw;
+        let lost = |result, recorded: &[(Kernel, u32)]| match result {
+            vk::Result::ERROR_DEVICE_LOST => VkError::Lost {
+                pass: recorded
+                    .get(buffers.last_marker() as usize)
+                    .map_or("none".into(), |(k, d)| format!("{} at depth {d}", k.name())),
+            },
+            other => call("vkQueueSubmit", "frame")(other),
+        };
+        // SAFETY: recording.
+        unsafe { raw.end_command_buffer(self.commands) }.map_err(call("vkEndCommandBuffer", "frame"))?;
+        let commands = [self.commands];
+        let submits = [vk::SubmitInfo::default().command_buffers(&commands)];
+        let start = Instant::now();
+        // SAFETY: the fence is unsignalled, the command buffer ended.
+        unsafe { raw.queue_submit(self.device.queue, &submits, self.fence) }
+            .map_err(|r| lost(r, &self.recorded))?;
+        // SAFETY: the fence belongs to the submit above.
+        unsafe { raw.wait_for_fences(&[self.fence], true, u64::MAX) }.map_err(|r| lost(r, &self.recorded))?;
+        let wall = start.elapsed().as_secs_f64();
+        // SAFETY: signalled, no submit pending.
+        unsafe { raw.reset_fences(&[self.fence]) }.map_err(call("vkResetFences", "frame"))?;
+        let count = self.recorded.len();
+        let mut seconds = vec![wall / count.max(1) as f64; count];
+        if self.queries != vk::QueryPool::null() && count > 0 {
+            let mut ticks = vec![0u64; count + 1];
+            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+            // SAFETY: queries 0..=count were written by the submit.
+            unsafe { raw.get_query_pool_results(self.queries, 0, &mut ticks, flags) }
+                .map_err(call("vkGetQueryPoolResults", "timestamps"))?;
+            let bits = self.device.chosen.timestamp_bits;
+            let mask = if bits >= 64 { u64::MAX } else { (1 << bits) - 1 };
+            let period = f64::from(self.device.chosen.properties.limits.timestamp_period) * 1e-9;
+            for (s, pair) in seconds.iter_mut().zip(ticks.windows(2)) {
+                *s = (pair[1].wrapping_sub(pair[0]) & mask) as f64 * period;
+            }
+        }
+        Ok(self
+            .recorded
+            .iter()
+            .zip(seconds)
+            .map(|((kernel, depth), seconds)| Timed { kernel: *kernel, depth: *depth, seconds })
+            .collect())
+    }
+
+    /// Copies host bytes to the start of a buffer, through staging, waiting.
+    pub fn upload(&mut self, buffers: &mut Buffers, buffer: Buf, bytes: &[u8]) -> Result<(), VkError> {
+        let piece = buffers.staging_bytes().len().max(1);
+        for (i, part) in bytes.chunks(piece).enumerate() {
+            buffers.staging_bytes()[..part.len()].copy_from_slice(part);
+            self.begin()?;
+            let region =
+                [vk::BufferCopy { src_offset: 0, dst_offset: (i * piece) as u64, size: part.len() as u64 }];
+            // SAFETY: recording; the plan sized the buffer for these bytes.
+            unsafe {
+                self.device.raw.cmd_copy_buffer(self.commands, buffers.staging(), buffers.handle(buffer), &region);
+            }
+            self.barrier();
+            self.submit(buffers)?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let raw = &self.device.raw;
+        // SAFETY: submits are waited for, except after an error: then this waits, or the device is
+        // lost and nothing runs.
+        let _ = unsafe { raw.device_wait_idle() };
+        // SAFETY: idle; null handles are allowed.
+        unsafe { raw.destroy_descriptor_pool(self.descriptors, None) };
+        // SAFETY: as above.
+        unsafe { raw.destroy_query_pool(self.queries, None) };
+        // SAFETY: as above.
+        unsafe { raw.destroy_fence(self.fence, None) };
+        // SAFETY: as above.
+        unsafe { raw.destroy_command_pool(self.pool, None) };
+    }
+}
