@@ -49,7 +49,8 @@ mod tests {
     #[test]
     fn neighbours_and_seeds_differ() {
         let a = offset(0, 1, 2, 3, 4);
-        for b in [offset(1, 1, 2, 3, 4), offset(0, 2, 2, 3, 4), offset(0, 1, 3, 3, 4), offset(0, 1, 2, 2, 4)] {
+        for b in [offset(1, 1, 2, 3, 4), offset(0, 2, 2, 3, 4), offset(0, 1, 3, 3, 4), offset(0, 1, 2, 2, 4)]
+        {
             assert_ne!(a, b);
         }
         assert_eq!(offset(9, 1, 2, 0, 1), [0.5, 0.5]);

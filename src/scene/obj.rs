@@ -189,9 +189,8 @@ impl Reader<'_> {
         }
         let [a, b, c] = vertices.map(|i| self.vertices[i as usize]);
         let size = (b - a).abs().max((c - a).abs()).max_element();
-        unit(((b - a) / size).cross((c - a) / size)).is_some_and(|plane| {
-            plane.cross(self.normals[normals[0] as usize]).length() <= NORMAL_LEAN
-        })
+        unit(((b - a) / size).cross((c - a) / size))
+            .is_some_and(|plane| plane.cross(self.normals[normals[0] as usize]).length() <= NORMAL_LEAN)
     }
 
     /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
@@ -233,11 +232,11 @@ impl Reader<'_> {
                 0 => format!("{what} 0: numbers start at 1"),
                 _ => format!("{what} {written} of {count}: there is none above this line"),
             };
-            self.words.error(
-                word.offset,
-                message,
-                format!("write a number from 1 to {count}, or from -{count} to -1, and the faces below"),
-            )
+            let remedy = match count {
+                0 => format!("write each {what} above the faces that use it"),
+                _ => format!("write a number from 1 to {count}, or from -{count} to -1"),
+            };
+            self.words.error(word.offset, message, remedy)
         })
     }
 
@@ -263,7 +262,11 @@ impl Reader<'_> {
 
     fn open_library(&mut self, keyword: Word) -> Result<(), SceneError> {
         let Some(first) = self.words.word() else {
-            return Err(self.words.error(keyword.offset, "`mtllib` without a file", "write `mtllib FILE.mtl`"));
+            return Err(self.words.error(
+                keyword.offset,
+                "`mtllib` without a file",
+                "write `mtllib FILE.mtl`",
+            ));
         };
         let mut files = vec![first];
         while let Some(word) = self.words.word() {
@@ -353,7 +356,8 @@ mod tests {
 
     #[test]
     fn weights_colours_and_groups_are_skipped() {
-        let text = "o a\ng b\ns off\nv 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 0 1 0\nvt 0 0\nusemtl x\nf 1 2 3\nl 1 2\n";
+        let text =
+            "o a\ng b\ns off\nv 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 0 1 0\nvt 0 0\nusemtl x\nf 1 2 3\nl 1 2\n";
         assert_eq!(read_plain(text).unwrap().vertices, [DVec3::ZERO, DVec3::X, DVec3::Y]);
     }
 

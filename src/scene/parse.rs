@@ -52,7 +52,12 @@ pub fn parse_str(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let source = Source { file: path, text: text.as_bytes() };
     let document = DeTable::parse(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
-        source.error(offset, "scene", error.message(), "correct the TOML: `key = value`, `[camera]`, `[[sphere]]`")
+        source.error(
+            offset,
+            "scene",
+            error.message(),
+            "correct the TOML: `key = value`, `[camera]`, `[[sphere]]`",
+        )
     })?;
     let top = Table { source, object: "scene".to_owned(), offset: 0, entries: document.get_ref() };
     top.only(&TOP)?;
@@ -135,7 +140,10 @@ fn camera(table: &Table) -> Result<Camera, SceneError> {
     let at = table.need("look_at", "[0, 5, 0]")?;
     let look_at = at.position()?;
     let view = unit(look_at - look_from).ok_or_else(|| {
-        at.error("`look_at` equals `look_from`", "move one of the two: the camera looks from one to the other")
+        at.error(
+            "`look_at` equals `look_from`",
+            "move one of the two: the camera looks from one to the other",
+        )
     })?;
     let up = table.get("up").map_or(Ok(UP), |value| value.direction())?;
     if up.cross(view).length() < MIN_UP_SINE {
@@ -197,7 +205,9 @@ impl Reader {
         let names = || self.library.materials[..self.own].iter().map(|m| m.name.as_str());
         names().position(|n| n == name).ok_or_else(|| {
             let remedy = match list(names()) {
-                none if none.is_empty() => format!("add `[material.{name}]` with `diffuse = [0.8, 0.8, 0.8]`"),
+                none if none.is_empty() => {
+                    format!("add `[material.{name}]` with `diffuse = [0.8, 0.8, 0.8]`")
+                }
                 some => format!("use one of {some}, or add `[material.{name}]`"),
             };
             value.error(format!("there is no material `{name}`{}", did_you_mean(name, names())), remedy)

@@ -127,7 +127,8 @@ mod tests {
 
     #[test]
     fn spikes_dents_and_lines_are_refused() {
-        let corners = |c: &[[f64; 2]]| -> Vec<DVec3> { c.iter().map(|c| DVec3::new(c[0], c[1], 0.0)).collect() };
+        let corners =
+            |c: &[[f64; 2]]| -> Vec<DVec3> { c.iter().map(|c| DVec3::new(c[0], c[1], 0.0)).collect() };
         let fault = |c: &[[f64; 2]]| normal(&corners(c)).unwrap_err().0;
         assert!(fault(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]).contains("without area"));
         assert!(fault(&[[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]]).contains("not convex at corner 3"));

@@ -104,7 +104,11 @@ impl<'a> Words<'a> {
     pub fn number(&self, word: Word) -> Result<f64, SceneError> {
         let number = std::str::from_utf8(word.bytes).ok().and_then(|text| text.parse::<f64>().ok());
         number.filter(|x| x.is_finite()).ok_or_else(|| {
-            self.error(word.offset, format!("`{}` is no finite number", word.text()), "write a number such as `1.5`")
+            self.error(
+                word.offset,
+                format!("`{}` is no finite number", word.text()),
+                "write a number such as `1.5`",
+            )
         })
     }
 
