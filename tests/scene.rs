@@ -1,4 +1,6 @@
 //! Scenes: every file in `scenes/` loads, every mistake is told with its place, nothing panics.
+// Helpers of tests are not seen as tests: a panic is the failure report there too.
+#![allow(clippy::unwrap_used)]
 
 use clap::Parser;
 use glam::DVec3;

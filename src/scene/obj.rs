@@ -116,7 +116,7 @@ impl Reader<'_> {
 
     fn vertex(&mut self, keyword: Word) -> Result<(), SceneError> {
         let vertex = self.place.point(self.words.vector(keyword)?);
-        if !(vertex.abs().max_element() <= MAX_LENGTH) {
+        if vertex.abs().max_element() > MAX_LENGTH {
             return Err(self.words.error(
                 keyword.offset,
                 format!("the mesh's `scale` and `translate` put this vertex beyond {MAX_LENGTH:e}"),
