@@ -1,6 +1,21 @@
 //! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
-//! and already checked. `parse` is the only road from text to a [`Scene`]; tests may build one by
+//! and already checked. [`load`] is the only road from text to a [`Scene`]; tests may build one by
 //! hand.
+
+mod error;
+mod library;
+mod material;
+mod mtl;
+mod obj;
+mod parse;
+mod polygon;
+mod table;
+mod transform;
+mod words;
+
+pub use error::SceneError;
+pub use parse::{load, parse_str};
+pub use transform::{Transform, rotation};
 
 use glam::DVec3;
 use std::path::PathBuf;
