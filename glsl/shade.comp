@@ -101,7 +101,7 @@ void main() {
     }
     barrier();
     uint before = 0u, reflections = 0u, refractions = 0u;
-    for (uint w = 0u; w < (gl_WorkGroupSize.x + 31u) / 32u; w++) {
+    for (uint w = 0u; w < (workgroup + 31u) / 32u; w++) {
         uint lower = w < word ? 0xffffffffu : (w == word ? bit - 1u : 0u);
         before += bitCount(reflected_mask[w] & lower) + bitCount(refracted_mask[w] & lower);
         reflections += bitCount(reflected_mask[w]);

@@ -8,5 +8,6 @@ uint group_index() {
     return gl_WorkGroupID.y * GROUPS_PER_ROW + gl_WorkGroupID.x;
 }
 uint item_index() {
-    return group_index() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
+    // Not gl_WorkGroupSize: it is 1 before the kernel declares its size.
+    return group_index() * workgroup + gl_LocalInvocationID.x;
 }
