@@ -10,12 +10,18 @@
 //! The modules below are in reading order.
 #![deny(unsafe_code)]
 
+pub mod atomic_file;
+pub mod cli;
+pub mod commands;
 pub mod cpu;
+pub mod gallery;
 pub mod generate;
 pub mod image;
 pub mod measure;
+pub mod progress;
 pub mod render;
 pub mod report;
 pub mod sampler;
 pub mod scene;
 pub mod settings;
+pub mod table;

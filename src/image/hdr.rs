@@ -1,0 +1,28 @@
+//! Radiance RGBE.
+
+use super::{Metadata, View};
+use ::image::codecs::hdr::HdrEncoder;
+use ::image::{ImageError, Rgb};
+use std::io::{self, Write};
+
+const SIGNATURE: &[u8] = b"#?RADIANCE\n";
+
+pub(super) fn encode(view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
+    // RGBE holds no sign, infinity or NaN.
+    let sane = |x: f32| if x > 0.0 { x.min(f32::MAX) } else { 0.0 };
+    let pixels: Vec<Rgb<f32>> = view.linear.iter().map(|p| Rgb(p.map(sane))).collect();
+    let mut bytes = Vec::new();
+    HdrEncoder::new(&mut bytes).encode(&pixels, view.width as usize, view.height as usize).map_err(
+        |error| match error {
+            ImageError::IoError(error) => error,
+            other => io::Error::other(other),
+        },
+    )?;
+    // Comments may follow the first line.
+    let body = bytes.strip_prefix(SIGNATURE).ok_or_else(|| io::Error::other("unexpected Radiance header"))?;
+    out.write_all(SIGNATURE)?;
+    for line in metadata.lines() {
+        writeln!(out, "# {line}")?;
+    }
+    out.write_all(body)
+}
