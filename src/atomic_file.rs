@@ -18,10 +18,11 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     fill(&mut out)?;
     out.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
     partial.rename_to(&target)?;
-    sync_folder(&target)
+    sync_folder(&target);
+    Ok(())
 }
 
-/// Checks that [`write`] could create `path`, so that long work is not lost at its end. Leaves
+/// Checks that [`write()`] could create `path`, so that long work is not lost at its end. Leaves
 /// nothing behind.
 pub fn check(path: &Path) -> io::Result<()> {
     if path.is_dir() {
@@ -68,8 +69,7 @@ impl Partial {
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "it has no file name"))?
             .to_string_lossy();
         for attempt in 0u32.. {
-            let path =
-                folder_of(target).join(format!(".{name}.{}-{attempt}.partial", std::process::id()));
+            let path = folder_of(target).join(format!(".{name}.{}-{attempt}.partial", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
                 Ok(file) => return Ok((Partial { path, renamed: false }, file)),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -95,19 +95,10 @@ impl Drop for Partial {
     }
 }
 
-/// Makes the rename itself last through a power cut.
-#[cfg(unix)]
-fn sync_folder(target: &Path) -> io::Result<()> {
-    match File::open(folder_of(target))?.sync_all() {
-        // Some file systems cannot sync a directory.
-        Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
-        other => other,
-    }
-}
-
-#[cfg(not(unix))]
-fn sync_folder(_target: &Path) -> io::Result<()> {
-    Ok(())
+/// Makes the rename itself last through a power cut, where the file system can do that: the file is
+/// whole either way.
+fn sync_folder(target: &Path) {
+    let _ = File::open(folder_of(target)).and_then(|folder| folder.sync_all());
 }
 
 #[cfg(test)]
@@ -116,8 +107,7 @@ mod tests {
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
-        let mut names: Vec<_> =
-            entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }

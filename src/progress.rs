@@ -65,7 +65,8 @@ impl Progress {
             Style::Bar => ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr()),
             Style::Hidden | Style::Lines => ProgressBar::hidden(),
         };
-        if let Ok(look) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3}% {elapsed}, {eta} left") {
+        if let Ok(look) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3}% {elapsed}, {eta} left")
+        {
             bar.set_style(look.progress_chars("=> "));
         }
         bar.set_message(label.to_owned());

@@ -121,9 +121,9 @@ fn about(report: &Report) -> String {
         (
             "plan",
             format!(
-                "{}; {:.1} MiB, {}, {}",
+                "{}; {}, {}, {}",
                 plan.features.join(", "),
-                plan.bytes as f64 / f64::from(1 << 20),
+                mebibytes(plan.bytes),
                 plural(plan.tiles, "tile"),
                 if plan.batches == 1 { "1 batch".into() } else { format!("{} batches", plan.batches) },
             ),
@@ -161,7 +161,13 @@ fn passes(report: &Report) -> String {
         let share = if sum.seconds > 0.0 { 100.0 * pass.seconds / sum.seconds } else { 0.0 };
         table.row([
             pass.name.clone(),
-            if total { String::new() } else if pass.depth == 0 { "-".into() } else { pass.depth.to_string() },
+            if total {
+                String::new()
+            } else if pass.depth == 0 {
+                "-".into()
+            } else {
+                pass.depth.to_string()
+            },
             grouped(pass.launches),
             format!("{:.6}", pass.seconds),
             format!("{share:.1} %"),
@@ -221,12 +227,17 @@ pub fn plural(count: u64, noun: &str) -> String {
     format!("{} {noun}{}", grouped(count), if count == 1 { "" } else { "s" })
 }
 
+/// `61.5 MiB`.
+pub fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
 /// `12,345,678`.
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
@@ -256,7 +267,13 @@ pub fn seconds(time: f64) -> String {
 }
 
 fn three_digits(value: f64) -> String {
-    let decimals = if value >= 100.0 { 0 } else if value >= 10.0 { 1 } else { 2 };
+    let decimals = if value >= 100.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else {
+        2
+    };
     format!("{value:.decimals$}")
 }
 

@@ -10,29 +10,36 @@ use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-static LONG_VERSION: LazyLock<String> =
-    LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), option_env!("WHITTED_GIT").unwrap_or("unknown")));
+static LONG_VERSION: LazyLock<String> = LazyLock::new(|| {
+    format!("{} ({})", env!("CARGO_PKG_VERSION"), option_env!("WHITTED_GIT").unwrap_or("unknown"))
+});
 
-const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 130 interrupted.";
+macro_rules! exit_codes {
+    () => {
+        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 130 interrupted."
+    };
+}
 
-const RENDER_HELP: &str = "\
+const RENDER_HELP: &str = concat!(
+    "\
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
   whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
   whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
 
-Only the image of `-o -` goes to standard output; everything else goes to standard error. Files appear
-whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with
-130; a second Ctrl-C ends at once and saves nothing.
+Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
+appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
+exits with 130; a second Ctrl-C ends at once and saves nothing.
 
-Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 130 interrupted.";
+",
+    exit_codes!()
+);
 
 const GALLERY_HELP: &str = "\
 Pictures:
   samples_01, _02, _04, _10   1 to 10 samples per pixel, at the scene's depth
-  depth_1 to depth_4          1 to 4 rays in the longest path, at the scene's samples or 4, the fewer
+  depth_1 to depth_4          1 to 4 rays in the longest path, at up to 4 samples per pixel
   final_STEM                  the scene at its own settings; also its sibling, if there is one:
                               STEM_glass.toml beside STEM.toml, or the other way round
   contact_sheet.png           all of them, with samples, depth, time and rays
@@ -42,12 +49,12 @@ Example:
   whitted gallery scenes/cornell.toml -o out/gallery";
 
 const DEVICES_HELP: &str = "\
-Any of index, UUID, part of the name, or `cpu` (the first software device) is good for --device and for
-the environment variable WHITTED_DEVICE.";
+Any of index, UUID, part of the name, or `cpu` (the first software device) is good for --device and \
+for the environment variable WHITTED_DEVICE.";
 
 /// A Whitted ray tracer on raw Vulkan compute.
 #[derive(Debug, Parser)]
-#[command(version, long_version = LONG_VERSION.as_str(), after_help = EXIT_CODES, max_term_width = 100)]
+#[command(version, long_version = LONG_VERSION.as_str(), after_help = exit_codes!(), max_term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

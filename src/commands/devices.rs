@@ -2,50 +2,19 @@
 
 use super::failure::Failure;
 use crate::cli::DevicesArgs;
-use crate::table::{Align, Table};
+use crate::render::RenderError;
+use crate::table::{Align, Table, mebibytes};
 use crate::vk::{self, DeviceSummary};
 use anyhow::Context;
-use serde::Serialize;
 use std::io::{self, Write};
-
-/// One device, as `--json` names it.
-#[derive(Debug, Clone, Serialize)]
-struct Row {
-    index: usize,
-    name: String,
-    #[serde(rename = "type")]
-    kind: String,
-    driver: String,
-    api: String,
-    uuid: String,
-    /// Why it cannot render; null if it can.
-    unsuitable: Option<String>,
-}
-
-impl Row {
-    fn new(index: usize, summary: DeviceSummary) -> Row {
-        let DeviceSummary { info, uuid, unsuitable } = summary;
-        let hex: Vec<String> =
-            [0..4, 4..6, 6..8, 8..10, 10..16].map(|part| uuid[part].iter().map(|b| format!("{b:02x}")).collect()).into();
-        Row {
-            index,
-            name: info.name,
-            kind: info.kind,
-            driver: info.driver,
-            api: info.api,
-            uuid: hex.join("-"),
-            unsuitable,
-        }
-    }
-}
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
-    let rows: Vec<Row> = vk::list()?.into_iter().enumerate().map(|(i, s)| Row::new(i, s)).collect();
+    let devices = vk::list().map_err(RenderError::from)?;
     let text = if args.json {
-        serde_json::to_string_pretty(&rows).context("cannot write the list as JSON")? + "\n"
+        serde_json::to_string_pretty(&devices).context("cannot express the devices as JSON")? + "\n"
     } else {
-        listing(&rows)
+        listing(&devices)
     };
     match io::stdout().lock().write_all(text.as_bytes()) {
         // The reader has seen enough (`whitted devices | head -1`).
@@ -54,53 +23,67 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
     }
 }
 
-fn listing(rows: &[Row]) -> String {
+fn listing(devices: &[DeviceSummary]) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
         ("index", Right),
         ("type", Left),
         ("Vulkan", Left),
-        ("UUID", Left),
+        ("memory", Right),
         ("name", Left),
         ("driver", Left),
-        ("", Left),
+        ("UUID", Left),
     ]);
-    for row in rows {
-        let note = row.unsuitable.as_ref().map_or(String::new(), |why| format!("unsuitable: {why}"));
+    for device in devices {
         table.row([
-            row.index.to_string(),
-            row.kind.clone(),
-            row.api.clone(),
-            row.uuid.clone(),
-            row.name.clone(),
-            row.driver.clone(),
-            note,
+            device.index.to_string(),
+            device.kind.clone(),
+            device.api.clone(),
+            mebibytes(device.heap),
+            device.name.clone(),
+            device.driver.clone(),
+            device.uuid.clone(),
         ]);
     }
-    table.to_string()
+    let mut text = table.to_string();
+    for device in devices {
+        if let Some(why) = &device.unusable {
+            text += &format!("device {} cannot be used: {why}\n", device.index);
+        }
+    }
+    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::DeviceInfo;
 
     #[test]
-    fn rows_are_named_and_aligned() {
-        let info = DeviceInfo {
-            name: "llvmpipe".into(),
+    fn devices_are_aligned_and_their_faults_told() {
+        let device = |index: usize, name: &str, unusable: Option<&str>| DeviceSummary {
+            index,
+            name: name.into(),
             kind: "cpu".into(),
-            driver: "Mesa".into(),
+            driver: "llvmpipe Mesa 22.3.6".into(),
             api: "1.3.230".into(),
+            uuid: "00112233445566778899aabbccddeeff".into(),
+            storage_range: 1 << 27,
+            heap: 3 << 29,
+            workgroup_invocations: 1024,
+            subgroup_size: 8,
+            push_constants: 256,
+            storage_buffers: 16,
+            timestamp_bits: 64,
+            timestamp_period: 1.0,
+            float64: true,
+            unusable: unusable.map(Into::into),
         };
-        let uuid = std::array::from_fn(|i| i as u8 * 16 + i as u8);
-        let row = Row::new(0, DeviceSummary { info, uuid, unsuitable: Some("no storage".into()) });
-        assert_eq!(row.uuid, "00112233-4455-6677-8899-aabbccddeeff");
-        let text = listing(std::slice::from_ref(&row));
+        let text = listing(&[device(0, "llvmpipe", None), device(1, "old", Some("Vulkan 1.1"))]);
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines.len(), 2);
-        assert_eq!(lines[0].find("UUID"), lines[1].find("00112233"));
-        assert!(lines[1].ends_with("unsuitable: no storage"));
-        assert_eq!(serde_json::to_value(&row).unwrap()["type"], "cpu");
+        assert_eq!(lines.len(), 4);
+        assert_eq!(lines[1].find("00112233"), lines[0].find("UUID"));
+        assert_eq!(lines[2].find("00112233"), lines[0].find("UUID"));
+        assert!(lines[1].contains("1536.0 MiB"));
+        assert_eq!(lines[3], "device 1 cannot be used: Vulkan 1.1");
     }
 }

@@ -13,7 +13,7 @@ pub enum Failure {
     #[error("{0}")]
     Scene(String),
     /// The renderer gave up.
-    #[error("{0}{help}", help = help(.0))]
+    #[error(transparent)]
     Render(#[from] RenderError),
     /// Stopped by Ctrl-C; says what was saved.
     #[error("{0}")]
@@ -37,20 +37,6 @@ impl Failure {
     }
 }
 
-fn help(error: &RenderError) -> &'static str {
-    match error {
-        RenderError::NoDevice(_) => {
-            "\nhelp: `whitted devices` lists what there is. A Vulkan 1.2 driver and its loader are needed; \
-             where there\nhelp: is no GPU, a software driver will do (Debian, Ubuntu: \
-             apt install mesa-vulkan-drivers libvulkan1)"
-        }
-        RenderError::DeviceLost(_) => {
-            "\nhelp: a smaller --tile-pixels or --batch-samples gives the driver shorter work at a time"
-        }
-        RenderError::DoesNotFit(_) | RenderError::Failed(_) => "",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,13 +57,5 @@ mod tests {
         for (failure, code) in cases {
             assert_eq!(failure.exit_code(), code, "{failure:?}");
         }
-    }
-
-    #[test]
-    fn no_device_says_what_to_install() {
-        let failure = Failure::from(RenderError::NoDevice("no Vulkan device".into()));
-        let text = failure.to_string();
-        assert!(text.starts_with("no Vulkan device\nhelp: "));
-        assert!(text.contains("mesa-vulkan-drivers libvulkan1"));
     }
 }

@@ -92,7 +92,8 @@ fn make(
                 console.say(&table::report(&rendered.report));
             }
             console.say(&table::summary(&rendered.report));
-            cells.push(cell(&rendered));
+            let named = (row.name == "final").then_some(subject.name.as_str());
+            cells.push(cell(&rendered, named));
             entries.push(Entry { row: row.name, report: rendered.report });
         }
         sections.push(Section { heading: row.heading, cells });
@@ -130,10 +131,12 @@ fn save(
         .with_context(|| format!("cannot write {}", path.display()))?)
 }
 
-fn cell(rendered: &Rendered) -> Cell {
+/// The picture with its captions; `name` where scenes differ along the row.
+fn cell(rendered: &Rendered, name: Option<&str>) -> Cell {
     let Report { settings, rays, time, .. } = &rendered.report;
+    let name = name.map_or(String::new(), |name| format!("{name}: "));
     let captions = [
-        format!("{}, depth {}", plural(settings.samples.into(), "sample"), settings.depth),
+        format!("{name}{}, depth {}", plural(settings.samples.into(), "sample"), settings.depth),
         format!("{} rays in {}", short(rays.total() as f64), seconds(time.render)),
     ];
     Cell::new(view(rendered), captions)

@@ -7,7 +7,6 @@ use crate::cli::{Crop, Output, RenderArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
 use crate::render::{Rendered, Renderer};
-use crate::report::Report;
 use crate::scene::Scene;
 use crate::settings::{Schedule, Settings};
 use crate::{atomic_file, table};
@@ -126,7 +125,9 @@ fn deliver(
     if rendered.done < 1.0 {
         let percent = 100.0 * rendered.done;
         let file = &report.image.file;
-        return Err(Failure::Interrupted(format!("interrupted: {percent:.1} % of the work is done and saved in {file}")));
+        return Err(Failure::Interrupted(format!(
+            "interrupted: {percent:.1} % of the work is done and saved in {file}"
+        )));
     }
     Ok(())
 }

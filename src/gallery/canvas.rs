@@ -74,7 +74,8 @@ mod tests {
     use super::*;
 
     fn lit(canvas: &Canvas) -> Vec<String> {
-        let row = |row: &[u8]| row.as_chunks::<3>().0.iter().map(|p| if p[0] > 0 { '#' } else { '.' }).collect();
+        let row =
+            |row: &[u8]| row.as_chunks::<3>().0.iter().map(|p| if p[0] > 0 { '#' } else { '.' }).collect();
         canvas.rgb.chunks(3 * canvas.width as usize).map(row).collect()
     }
 

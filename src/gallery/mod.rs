@@ -69,9 +69,8 @@ pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     let picture = |name: String, settings| Picture { name, subject: 0, settings };
     let samples = SAMPLES
         .map(|samples| picture(format!("samples_{samples:02}"), Settings { samples, ..first.clone() }));
-    let depths = DEPTHS.map(|depth| {
-        picture(format!("depth_{depth}"), Settings { depth, samples: few, ..first.clone() })
-    });
+    let depths = DEPTHS
+        .map(|depth| picture(format!("depth_{depth}"), Settings { depth, samples: few, ..first.clone() }));
     let finals = subjects.iter().enumerate().map(|(subject, s)| Picture {
         name: format!("final_{}", s.name),
         subject,
@@ -104,12 +103,12 @@ pub fn sibling(scene: &Path) -> Option<PathBuf> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::scene::{Camera, RenderDefaults};
     use glam::DVec3;
 
-    fn subject(name: &str, width: u32, samples: u32) -> Subject {
+    pub(crate) fn subject(name: &str, width: u32, samples: u32) -> Subject {
         let camera =
             Camera { look_from: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov: 1.0, width, height: 5 };
         let scene = Scene {
@@ -146,10 +145,17 @@ mod tests {
         );
         assert_eq!(
             of(1),
-            want(&[("depth_1", 30, 4, 1), ("depth_2", 30, 4, 2), ("depth_3", 30, 4, 3), ("depth_4", 30, 4, 4)])
+            want(&[
+                ("depth_1", 30, 4, 1),
+                ("depth_2", 30, 4, 2),
+                ("depth_3", 30, 4, 3),
+                ("depth_4", 30, 4, 4)
+            ])
         );
         assert_eq!(of(2), want(&[("final_a", 30, 20, 3), ("final_b", 15, 5, 3)]));
-        assert!(rows.iter().flat_map(|r| &r.pictures).all(|p| p.settings.seed == 7 && p.settings.height == 3));
+        assert!(
+            rows.iter().flat_map(|r| &r.pictures).all(|p| p.settings.seed == 7 && p.settings.height == 3)
+        );
     }
 
     #[test]

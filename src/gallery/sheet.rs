@@ -13,7 +13,10 @@ const CAPTION: Color = [214, 218, 226];
 const DETAIL: Color = [146, 152, 164];
 
 const MARGIN: u32 = 40;
+/// Between pictures of a row.
 const GAP: u32 = 24;
+/// Between rows.
+const ROW_GAP: u32 = 40;
 const TITLE_SCALE: u32 = 3;
 const TEXT_SCALE: u32 = 2;
 /// From one line of text to the next.
@@ -105,15 +108,16 @@ impl Sheet {
         let widest = self.sections.iter().map(Section::width).max().unwrap_or(0);
         let width =
             widest.max(text_width(&self.title, TITLE_SCALE)).max(text_width(&self.subtitle, TEXT_SCALE));
-        let head = MARGIN + text_height(TITLE_SCALE) + 12 + LINE + GAP;
-        let body: u32 = self.sections.iter().map(|s| s.height() + GAP).sum();
-        let mut canvas = Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(GAP) + MARGIN - 8, GROUND);
+        let head = MARGIN + text_height(TITLE_SCALE) + 12 + LINE + ROW_GAP;
+        let body: u32 = self.sections.iter().map(|s| s.height() + ROW_GAP).sum();
+        let mut canvas =
+            Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(ROW_GAP) + MARGIN - 8, GROUND);
         canvas.text([MARGIN, MARGIN], &self.title, TITLE_SCALE, TITLE);
         canvas.text([MARGIN, MARGIN + text_height(TITLE_SCALE) + 12], &self.subtitle, TEXT_SCALE, DETAIL);
         let mut top = head;
         for section in &self.sections {
             section.draw(&mut canvas, top);
-            top += section.height() + GAP;
+            top += section.height() + ROW_GAP;
         }
         canvas
     }

@@ -21,7 +21,7 @@ fn sheet(width: u32, height: u32) -> Sheet {
         section("Depth: rays in the longest path, with 4 samples", 4),
         section("At the scenes' own settings", 1),
     ];
-    sections[2].cells.push(cell(width / 2, height / 2, 0.8));
+    sections[2].cells.push(cell(width.div_ceil(2), height.div_ceil(2), 0.8));
     Sheet {
         title: "cornell.toml".into(),
         subtitle: "whitted 0.1.0 on llvmpipe (LLVM 15.0.6, 256 bits)".into(),

@@ -40,13 +40,14 @@ fn write(
         }
         Ok(())
     };
-    fill().and_then(|()| {
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(data)?;
-        writer.finish()
-    })
-    .map_err(|error| match error {
-        EncodingError::IoError(error) => error,
-        other => io::Error::other(other),
-    })
+    fill()
+        .and_then(|()| {
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(data)?;
+            writer.finish()
+        })
+        .map_err(|error| match error {
+            EncodingError::IoError(error) => error,
+            other => io::Error::other(other),
+        })
 }

@@ -90,7 +90,8 @@ mod tests {
 
     #[test]
     fn odd_values_have_a_code() {
-        for (x, code) in [(f32::NAN, 0), (-1.0, 0), (f32::NEG_INFINITY, 0), (-0.0, 0), (f32::MIN_POSITIVE, 0)] {
+        for (x, code) in [(f32::NAN, 0), (-1.0, 0), (f32::NEG_INFINITY, 0), (-0.0, 0), (f32::MIN_POSITIVE, 0)]
+        {
             assert_eq!((code8(x), code16(x)), (code, code.into()), "{x}");
         }
         for x in [f32::INFINITY, f32::MAX, 1.0, 1.5] {
