@@ -70,7 +70,7 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Render the comparison of sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
-    /// Write a shape as an OBJ file
+    /// Write a shape as an OBJ file or as scene text
     #[command(subcommand)]
     Generate(Shape),
 }
