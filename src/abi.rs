@@ -77,8 +77,11 @@ gpu_structs! {
 
     /// Three corners in the local frame, 36 bytes. Written by `pack`, read by `intersect`, `shade`, `shadow`.
     struct Triangle {
+        /// Corner.
         a: real3,
+        /// Corner.
         b: real3,
+        /// Corner.
         c: real3,
     }
 
@@ -99,14 +102,19 @@ gpu_structs! {
     /// Shading normals at the corners, 36 bytes; present only in scenes with smooth meshes. `a` is
     /// zero for a flat triangle.
     struct CornerNormals {
+        /// At corner a.
         a: real3,
+        /// At corner b.
         b: real3,
+        /// At corner c.
         c: real3,
     }
 
     /// An analytic sphere in the local frame, 16 bytes.
     struct Sphere {
+        /// Centre.
         center: real3,
+        /// Radius, > 0.
         radius: real,
     }
 
@@ -124,35 +132,50 @@ gpu_structs! {
     /// (numerics 8.4). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
     /// first primitive, with SPHERE_BIT in the node's flags below.
     struct Node {
+        /// Least corner of the first child's box.
         lo_0: real3,
+        /// Greatest corner of the same.
         hi_0: real3,
+        /// Least corner of the second child's box.
         lo_1: real3,
+        /// Greatest corner of the same.
         hi_1: real3,
+        /// First child.
         child_0: uint,
+        /// Second child.
         child_1: uint,
     }
 
     /// A material, 32 bytes.
     struct Material {
+        /// Linear RGB.
         diffuse: vec3,
+        /// Own colour = `ambient * diffuse` + diffuse light.
         ambient: float,
+        /// Weight of reflected and refracted light, in [0, 1].
         secondary: float,
         /// Share of reflection where `fresnel_kind` is FRESNEL_CONSTANT.
         fresnel: float,
+        /// FRESNEL_CONSTANT, FRESNEL_SCHLICK or FRESNEL_EXACT.
         fresnel_kind: uint,
+        /// Index of refraction inside.
         ior: float,
     }
 
     /// A point light, 24 bytes. `intensity` is in local units: world intensity * 4^scale_log2.
     struct Light {
+        /// Local frame.
         position: real3,
+        /// Linear RGB.
         intensity: vec3,
     }
 
     /// A ray in flight, 44 bytes. Written by `generate` and `spawn`, read by `intersect`, `shade`,
     /// `spawn`, `shadow`, `gather`. `direction` has unit length.
     struct Ray {
+        /// Local frame.
         origin: real3,
+        /// Unit length.
         direction: real3,
         /// Product of weights from the camera.
         throughput: vec3,
@@ -176,6 +199,7 @@ gpu_structs! {
 
     /// Where a ray struck, 64 bytes. Written by `shade`, read by `spawn` and `shadow`.
     struct Surface {
+        /// Local frame.
         position: real3,
         /// Spawn offset: along the geometric normal, toward the side the ray came from.
         offset: real3,
@@ -201,8 +225,11 @@ gpu_structs! {
     /// A queue of rays with the size of its dispatch, 20 bytes. Written by the host (depth 1) and
     /// `scan`; its first three words are a VkDispatchIndirectCommand.
     struct Queue {
+        /// Workgroups along x.
         groups_x: uint,
+        /// Workgroups along y.
         groups_y: uint,
+        /// Workgroups along z: 1.
         groups_z: uint,
         /// Live rays.
         count: uint,
@@ -212,15 +239,21 @@ gpu_structs! {
 
     /// Running sum of a pixel's samples, 24 bytes: Neumaier's sum and compensation (numerics 8.6).
     struct Film {
+        /// Sum, linear RGB.
         sum: vec3,
+        /// What rounding took from it.
         compensation: vec3,
     }
 
     /// Counts of one depth, 16 bytes; cleared by the host before each submit.
     struct DepthCount {
+        /// Rays of any kind but shadow rays.
         traced: uint,
+        /// Reflection rays among them.
         reflections: uint,
+        /// Refraction rays among them.
         refractions: uint,
+        /// Shadow rays cast from their hits.
         shadow: uint,
     }
 
@@ -228,7 +261,9 @@ gpu_structs! {
     struct Push {
         /// Image coordinates of the tile's first pixel.
         tile_x: uint,
+        /// Row of the same.
         tile_y: uint,
+        /// Pixels per row of the tile.
         tile_width: uint,
         /// Pixels in the tile.
         tile_pixels: uint,
@@ -238,6 +273,7 @@ gpu_structs! {
         batch_samples: uint,
         /// Samples per pixel in all.
         samples: uint,
+        /// Seed of the sampler.
         seed: uint,
         /// Depth of the rays in `rays`, from 1.
         depth: uint,

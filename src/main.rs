@@ -1,2 +1,23 @@
-//! The command line.
-fn main() {}
+//! The command line: parse, run, map the error to an exit code.
+
+use clap::Parser;
+use std::io::{self, Write};
+use std::process::ExitCode;
+use std::time::Instant;
+use whitted::cli::Cli;
+use whitted::commands::{self, failure::Failure};
+
+fn main() -> ExitCode {
+    let started = Instant::now();
+    match commands::run(&Cli::parse(), started) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            // A closed standard error leaves the exit code to tell.
+            let _ = match &failure {
+                Failure::Interrupted(_) => writeln!(io::stderr(), "{failure}"),
+                _ => writeln!(io::stderr(), "error: {failure}"),
+            };
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}

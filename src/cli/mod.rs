@@ -1,0 +1,231 @@
+//! The command line as clap sees it: names, defaults, help. What commands do is in `commands`.
+
+mod values;
+
+pub use values::{Crop, Output, Size};
+
+use crate::generate::Shape;
+use crate::settings::DeviceChoice;
+use clap::{ArgAction, Args, Parser, Subcommand};
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+static LONG_VERSION: LazyLock<String> = LazyLock::new(|| {
+    format!("{} ({})", env!("CARGO_PKG_VERSION"), option_env!("WHITTED_GIT").unwrap_or("unknown"))
+});
+
+macro_rules! exit_codes {
+    () => {
+        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 130 interrupted."
+    };
+}
+
+const RENDER_HELP: &str = concat!(
+    "\
+Examples:
+  whitted render scenes/cornell.toml -o cornell.png
+  whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
+  whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
+
+Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
+appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
+exits with 130; a second Ctrl-C ends at once and saves nothing.
+
+",
+    exit_codes!()
+);
+
+const GALLERY_HELP: &str = "\
+Pictures:
+  samples_01, _02, _04, _10   1 to 10 samples per pixel, at the scene's depth
+  depth_1 to depth_4          1 to 4 rays in the longest path, at up to 4 samples per pixel
+  final_STEM                  the scene at its own settings; also its sibling, if there is one:
+                              STEM_glass.toml beside STEM.toml, or the other way round
+  contact_sheet.png           all of them, with samples, depth, time and rays
+  gallery.json                the report of each
+
+Example:
+  whitted gallery scenes/cornell.toml -o out/gallery";
+
+const DEVICES_HELP: &str = "\
+Any of index, UUID, part of the name, or `cpu` (the first software device) is good for --device and \
+for the environment variable WHITTED_DEVICE.";
+
+/// A Whitted ray tracer on raw Vulkan compute.
+#[derive(Debug, Parser)]
+#[command(version, long_version = LONG_VERSION.as_str(), after_help = exit_codes!(), max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to an image
+    Render(RenderArgs),
+    /// List the Vulkan devices
+    Devices(DevicesArgs),
+    /// Render the comparison of sample counts and depths, with a contact sheet
+    Gallery(GalleryArgs),
+    /// Write a shape as an OBJ file or as scene text
+    #[command(subcommand)]
+    Generate(Shape),
+}
+
+/// `whitted render`.
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_HELP)]
+pub struct RenderArgs {
+    /// Scene text (TOML)
+    pub scene: PathBuf,
+
+    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
+    #[arg(short, long, value_name = "FILE", value_parser = values::output())]
+    pub output: Output,
+
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Samples per pixel [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub samples: Option<u32>,
+
+    /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
+    #[arg(long, value_name = "D", value_parser = values::positive())]
+    pub depth: Option<u32>,
+
+    /// Seed of the sampler
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size
+    #[arg(long, value_name = "x0,y0,x1,y1")]
+    pub crop: Option<Crop>,
+
+    /// Bits per channel of a PNG [default: 8]
+    #[arg(long, value_parser = ["8", "16"])]
+    pub bits: Option<String>,
+
+    /// Write times, rays and settings as JSON
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+
+    /// Run under the Vulkan validation layer; any message is a failure
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+
+    /// How the work is cut.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+/// Which device.
+#[derive(Debug, Args)]
+pub struct DeviceArgs {
+    /// Vulkan device: index, part of the name, UUID or `cpu` [default: the most capable]
+    #[arg(long, env = "WHITTED_DEVICE", value_name = "DEVICE", value_parser = values::device, hide_env_values = true)]
+    pub device: Option<DeviceChoice>,
+}
+
+impl DeviceArgs {
+    /// The choice made, or the most capable device.
+    pub fn choice(&self) -> DeviceChoice {
+        self.device.clone().unwrap_or_default()
+    }
+}
+
+/// How the work is cut; never changes the image.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Scheduling (never changes the image)")]
+pub struct ScheduleArgs {
+    /// Pixels per tile, at most [default: as memory allows]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub tile_pixels: Option<u32>,
+
+    /// Samples of a pixel traced together, at most [default: as memory allows]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub batch_samples: Option<u32>,
+
+    /// Invocations per workgroup [default: chosen for the device]
+    #[arg(long, value_parser = ["32", "64", "128", "256"])]
+    pub workgroup: Option<String>,
+}
+
+/// How much to say on standard error.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Verbosity {
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose", help_heading = "Messages")]
+    pub quiet: bool,
+
+    /// Print device, plan, and time and rays per pass and depth
+    #[arg(short, long, action = ArgAction::SetTrue, help_heading = "Messages")]
+    pub verbose: bool,
+}
+
+/// `whitted devices`.
+#[derive(Debug, Args)]
+#[command(after_help = DEVICES_HELP)]
+pub struct DevicesArgs {
+    /// As a JSON array on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `whitted gallery`.
+#[derive(Debug, Args)]
+#[command(after_help = GALLERY_HELP)]
+pub struct GalleryArgs {
+    /// Scene text (TOML)
+    pub scene: PathBuf,
+
+    /// Folder to write to; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+
+    /// Factor on the width and height of every picture, in (0, 1]
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = values::scale)]
+    pub scale: f64,
+
+    /// Seed of the sampler
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn everything_is_optional_but_scene_and_output() {
+        let cli = Cli::try_parse_from(["whitted", "render", "a.toml", "-o", "a.png"]).unwrap();
+        let Command::Render(args) = cli.command else { panic!("render expected") };
+        assert_eq!((args.seed, args.samples, args.depth, args.validate), (0, None, None, false));
+    }
+}

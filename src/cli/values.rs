@@ -1,0 +1,128 @@
+//! Values of options, checked as they are read.
+
+use crate::image::Format;
+use crate::settings::DeviceChoice;
+use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
+use std::convert::Infallible;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Where the image goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Output {
+    /// A PNG on standard output.
+    Stdout,
+    /// A file; its extension gave the format.
+    File(PathBuf, Format),
+}
+
+/// `WxH`, each from 1 to [`Size::MAX`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+}
+
+/// `x0,y0,x1,y1` with `x0 < x1` and `y0 < y1`, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Crop(pub [u32; 4]);
+
+impl Size {
+    /// Largest side: the number of pixels then fits 32 bits.
+    pub const MAX: u32 = 65535;
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) =
+            text.split_once(['x', 'X']).ok_or("give width and height in pixels, such as 600x500")?;
+        let side = |text: &str| match text.parse() {
+            Ok(side @ 1..=Size::MAX) => Ok(side),
+            _ => Err(format!("width and height are whole numbers from 1 to {}", Size::MAX)),
+        };
+        Ok(Size { width: side(width)?, height: side(height)? })
+    }
+}
+
+impl FromStr for Crop {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        let Some([x0, y0, x1, y1]) = numbers.ok().and_then(|n| <[u32; 4]>::try_from(n).ok()) else {
+            return Err("give four whole numbers in pixels, such as 0,0,300,250".into());
+        };
+        if x0 >= x1 || y0 >= y1 {
+            return Err("the crop is empty: x0 < x1 and y0 < y1 must hold".into());
+        }
+        Ok(Crop([x0, y0, x1, y1]))
+    }
+}
+
+/// A parser of [`Output`].
+pub(super) fn output() -> impl TypedValueParser<Value = Output> {
+    PathBufValueParser::new().try_map(|path| {
+        if path.as_os_str() == "-" {
+            return Ok(Output::Stdout);
+        }
+        match Format::of(&path) {
+            Some(format) => Ok(Output::File(path, format)),
+            None => Err(format!(
+                "the extension must be {}, or the name `-` for a PNG on standard output",
+                Format::EXTENSIONS
+            )),
+        }
+    })
+}
+
+/// A parser of whole numbers from 1.
+pub(super) fn positive() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..)
+}
+
+/// A factor in (0, 1].
+pub(super) fn scale(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(scale) if scale > 0.0 && scale <= 1.0 => Ok(scale),
+        _ => Err("the factor must be above 0 and at most 1".into()),
+    }
+}
+
+/// An empty text (an empty environment variable) leaves the choice open.
+pub(super) fn device(text: &str) -> Result<DeviceChoice, Infallible> {
+    if text.is_empty() { Ok(DeviceChoice::Best) } else { text.parse() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!("600x500".parse(), Ok(Size { width: 600, height: 500 }));
+        assert_eq!("1X65535".parse(), Ok(Size { width: 1, height: 65535 }));
+        for bad in ["", "600", "0x5", "5x0", "-1x5", "1.5x2", "5x65536", "5x5x5", "x"] {
+            assert!(bad.parse::<Size>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn crops() {
+        assert_eq!("0,0,3, 2".parse(), Ok(Crop([0, 0, 3, 2])));
+        for bad in ["", "1,2,3", "0,0,0,2", "3,0,2,1", "0,0,1,1,1", "-1,0,1,1", "a,b,c,d"] {
+            assert!(bad.parse::<Crop>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn scales() {
+        assert_eq!(scale("0.25"), Ok(0.25));
+        for bad in ["0", "-1", "1.01", "NaN", "inf", ""] {
+            assert!(scale(bad).is_err(), "{bad}");
+        }
+    }
+}

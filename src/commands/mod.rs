@@ -1,0 +1,32 @@
+//! What the commands do. Standard output gets images and listings only; all else goes to standard error.
+
+pub mod console;
+pub mod devices;
+pub mod failure;
+pub mod gallery;
+pub mod generate;
+pub mod render;
+
+use crate::cli::{Cli, Command};
+use crate::scene::{self, Scene};
+use console::Console;
+use failure::Failure;
+use std::path::Path;
+use std::time::Instant;
+
+/// Runs one command; `started` is when the process did.
+pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
+    match &cli.command {
+        Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Devices(args) => devices::run(args),
+        Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Generate(shape) => generate::run(shape),
+    }
+}
+
+/// Reads a scene; also the seconds that took.
+fn load(path: &Path) -> Result<(Scene, f64), Failure> {
+    let start = Instant::now();
+    let scene = scene::load(path).map_err(|error| Failure::Scene(error.to_string()))?;
+    Ok((scene, start.elapsed().as_secs_f64()))
+}

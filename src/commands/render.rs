@@ -1,0 +1,169 @@
+//! `whitted render`.
+
+use super::console::Console;
+use super::failure::Failure;
+use super::load;
+use crate::cli::{Crop, Output, RenderArgs, Size};
+use crate::image::{Bits, Format, Metadata, View, linear_sha256};
+use crate::progress::{self, Progress, Style};
+use crate::render::{Rendered, Renderer};
+use crate::scene::Scene;
+use crate::settings::{Schedule, Settings};
+use crate::{atomic_file, table};
+use anyhow::Context;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::Path;
+use std::time::Instant;
+
+/// Renders one image.
+pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
+    let format = check(args)?;
+    let (scene, scene_seconds) = load(&args.scene)?;
+    let settings = settings(args, &scene)?;
+    progress::catch_interrupts()?;
+    let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
+    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), "rendering");
+    let rendered = renderer.render(&scene, &settings, &mut progress);
+    drop(progress);
+    let mut rendered = rendered?;
+    rendered.report.time.scene = scene_seconds;
+    deliver(args, format, rendered, started, console)?;
+    validated(&renderer.validation_messages(), console)
+}
+
+/// Checks what can be checked before the work: the image's format, and that the files can be written.
+fn check(args: &RenderArgs) -> Result<Format, Failure> {
+    let format = match &args.output {
+        Output::Stdout if io::stdout().is_terminal() => {
+            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect or pipe it".into()));
+        }
+        Output::Stdout => Format::Png(Bits::Eight),
+        Output::File(path, format) => {
+            writable(path)?;
+            *format
+        }
+    };
+    if let Some(path) = &args.report {
+        writable(path)?;
+        if matches!(&args.output, Output::File(image, _) if image == path) {
+            return Err(Failure::Usage("--report and --output name the same file".into()));
+        }
+    }
+    match (args.bits.as_deref(), format) {
+        (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
+        (Some(_), Format::Exr | Format::Hdr) => {
+            Err(Failure::Usage("--bits is for PNG; EXR and HDR have their own precision".into()))
+        }
+        _ => Ok(format),
+    }
+}
+
+fn writable(path: &Path) -> Result<(), Failure> {
+    Ok(atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?)
+}
+
+/// The scene's settings under those of the command line.
+fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+    let mut settings = Settings::of(scene);
+    if let Some(Size { width, height }) = args.size {
+        (settings.width, settings.height) = (width, height);
+    }
+    settings.samples = args.samples.unwrap_or(settings.samples);
+    settings.depth = args.depth.unwrap_or(settings.depth);
+    settings.seed = args.seed;
+    if let Some(Crop(crop)) = args.crop {
+        let [.., x1, y1] = crop;
+        let Settings { width, height, .. } = settings;
+        if x1 > width || y1 > height {
+            return Err(Failure::Usage(format!(
+                "--crop reaches to {x1},{y1}, outside the image of {width}x{height} pixels"
+            )));
+        }
+        settings.crop = Some(crop);
+    }
+    settings.schedule = Schedule {
+        tile_pixels: args.schedule.tile_pixels,
+        batch_samples: args.schedule.batch_samples,
+        // clap lets through only 32, 64, 128 and 256.
+        workgroup: args.schedule.workgroup.as_deref().and_then(|n| n.parse().ok()),
+    };
+    Ok(settings)
+}
+
+/// Writes image and report, and says so.
+fn deliver(
+    args: &RenderArgs,
+    format: Format,
+    mut rendered: Rendered,
+    started: Instant,
+    console: &mut Console,
+) -> Result<(), Failure> {
+    if rendered.done == 0.0 {
+        return Err(Failure::Interrupted("interrupted before the first pixel; nothing is saved".into()));
+    }
+    let report = &mut rendered.report;
+    report.scene.file = args.scene.display().to_string();
+    report.image.file = match &args.output {
+        Output::Stdout => "-".into(),
+        Output::File(path, _) => path.display().to_string(),
+    };
+    report.image.linear_sha256 = linear_sha256(&rendered.linear);
+    report.time.wall = started.elapsed().as_secs_f64();
+
+    write_image(args, format, &rendered)?;
+    let report = &rendered.report;
+    if let Some(path) = &args.report {
+        write_json(path, report)?;
+    }
+    if console.is_verbose() {
+        console.say(&table::report(report));
+    }
+    console.say(&table::summary(report));
+    for line in table::warnings(report) {
+        console.say(&line);
+    }
+    if rendered.done < 1.0 {
+        let percent = 100.0 * rendered.done;
+        let file = &report.image.file;
+        return Err(Failure::Interrupted(format!(
+            "interrupted: {percent:.1} % of the work is done and saved in {file}"
+        )));
+    }
+    Ok(())
+}
+
+fn write_image(args: &RenderArgs, format: Format, rendered: &Rendered) -> Result<(), Failure> {
+    let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
+    let metadata = Metadata::of(&rendered.report, rendered.done);
+    Ok(match &args.output {
+        Output::Stdout => {
+            let mut out = BufWriter::new(io::stdout().lock());
+            let written = format.encode(view, &metadata, &mut out).and_then(|()| out.flush());
+            written.context("cannot write the image to standard output")
+        }
+        Output::File(path, _) => atomic_file::write(path, |out| format.encode(view, &metadata, out))
+            .with_context(|| format!("cannot write {}", path.display())),
+    }?)
+}
+
+/// Writes `value` as JSON.
+pub(super) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).context("cannot express the report as JSON")?;
+    Ok(atomic_file::write(path, |out| writeln!(out, "{text}"))
+        .with_context(|| format!("cannot write {}", path.display()))?)
+}
+
+/// Fails if the validation layer had anything to say.
+fn validated(messages: &[String], console: &mut Console) -> Result<(), Failure> {
+    for message in messages {
+        console.error(message);
+    }
+    match messages.len() {
+        0 => Ok(()),
+        n => Err(Failure::Other(anyhow::anyhow!("{n} messages from the Vulkan validation layer"))),
+    }
+}
+
+#[cfg(test)]
+#[path = "render_tests.rs"]
+mod tests;

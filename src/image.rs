@@ -1,1 +1,0 @@
-//! Images: encoding and files.

@@ -1,0 +1,32 @@
+//! Radiance RGBE.
+
+use super::{Metadata, View};
+use ::image::codecs::hdr::HdrEncoder;
+use ::image::{ImageError, Rgb};
+use std::io::{self, Write};
+
+const SIGNATURE: &[u8] = b"#?RADIANCE\n";
+/// 2^126: the exponent byte of its binade is 255.
+pub(super) const LARGEST: f32 = f32::from_bits((126 + 127) << 23);
+/// 2^-126: the exponent byte of its binade is 3; below, the encoder's would wrap round.
+pub(super) const SMALLEST: f32 = f32::MIN_POSITIVE;
+
+pub(super) fn encode(view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
+    // RGBE holds no sign, infinity or NaN, and its exponent byte ends near 2^127 and 2^-127.
+    let sane = |x: f32| if x >= SMALLEST { x.min(LARGEST) } else { 0.0 };
+    let pixels: Vec<Rgb<f32>> = view.linear.iter().map(|p| Rgb(p.map(sane))).collect();
+    let mut bytes = Vec::new();
+    HdrEncoder::new(&mut bytes).encode(&pixels, view.width as usize, view.height as usize).map_err(
+        |error| match error {
+            ImageError::IoError(error) => error,
+            other => io::Error::other(other),
+        },
+    )?;
+    // Comments may follow the first line.
+    let body = bytes.strip_prefix(SIGNATURE).ok_or_else(|| io::Error::other("unexpected Radiance header"))?;
+    out.write_all(SIGNATURE)?;
+    for line in metadata.lines() {
+        writeln!(out, "# {line}")?;
+    }
+    out.write_all(body)
+}

@@ -1,0 +1,171 @@
+//! Images: from linear `f32` RGB to PNG, EXR or Radiance HDR.
+
+mod exr;
+mod hdr;
+mod metadata;
+mod png;
+mod srgb;
+
+pub use metadata::Metadata;
+pub use png::png8;
+pub use srgb::{code8, code16};
+
+use sha2::{Digest, Sha256};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// A picture to encode: rows from the top, linear RGB, `linear.len() == width * height`.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Linear RGB, unclamped.
+    pub linear: &'a [[f32; 3]],
+}
+
+/// A file format, with what only it needs to know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// sRGB codes, clamped to [0, 1]; metadata as text chunks.
+    Png(Bits),
+    /// Linear `f32`, unclamped; metadata as the `comments` attribute.
+    Exr,
+    /// Radiance RGBE, linear, negative values as 0; metadata as header comments.
+    Hdr,
+}
+
+/// Bits per channel of a PNG.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bits {
+    /// 8 bits.
+    #[default]
+    Eight,
+    /// 16 bits.
+    Sixteen,
+}
+
+impl Format {
+    /// The extensions [`Format::of`] knows.
+    pub const EXTENSIONS: &str = ".png, .exr or .hdr";
+
+    /// The format a path's extension asks for, case ignored; PNG in 8 bits unless changed.
+    pub fn of(path: &Path) -> Option<Format> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "png" => Some(Format::Png(Bits::default())),
+            "exr" => Some(Format::Exr),
+            "hdr" => Some(Format::Hdr),
+            _ => None,
+        }
+    }
+
+    /// Encodes `view` into `out`.
+    pub fn encode(self, view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
+        match self {
+            Format::Png(bits) => png::encode(view, bits, metadata, out),
+            Format::Exr => exr::encode(view, metadata, out),
+            Format::Hdr => hdr::encode(view, metadata, out),
+        }
+    }
+}
+
+/// SHA-256 over the rows as little-endian `f32`, in hexadecimal: equal hashes mean equal images.
+pub fn linear_sha256(linear: &[[f32; 3]]) -> String {
+    let mut hash = Sha256::new();
+    for pixel in linear {
+        for channel in pixel {
+            hash.update(channel.to_le_bytes());
+        }
+    }
+    format!("{:x}", hash.finalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PIXELS: [[f32; 3]; 6] = [
+        [0.0, 0.5, 1.0],
+        [-1.0, 2.0, f32::NAN],
+        [1e-3, 1e3, f32::INFINITY],
+        [0.25, 0.125, 0.0625],
+        [1e-40, -0.0, 0.0],
+        [1.0, 1.0, 1.0],
+    ];
+
+    fn encode(format: Format) -> Vec<u8> {
+        let mut out = Vec::new();
+        let metadata = Metadata::new([("Scene", "scenes/ö.toml"), ("Seed", "7")]);
+        let view = View { width: 3, height: 2, linear: &PIXELS };
+        format.encode(view, &metadata, &mut out).unwrap();
+        out
+    }
+
+    fn contains(bytes: &[u8], text: &str) -> bool {
+        bytes.windows(text.len()).any(|w| w == text.as_bytes())
+    }
+
+    #[test]
+    fn extensions_choose_the_format() {
+        assert_eq!(Format::of(Path::new("a/b.PNG")), Some(Format::Png(Bits::Eight)));
+        assert_eq!(Format::of(Path::new("b.exr")), Some(Format::Exr));
+        assert_eq!(Format::of(Path::new("b.hdr")), Some(Format::Hdr));
+        for bad in ["b.jpg", "b", ".png", "png", ""] {
+            assert_eq!(Format::of(Path::new(bad)), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn png_holds_the_codes_and_the_metadata() {
+        let bytes = encode(Format::Png(Bits::Eight));
+        let image = ::image::load_from_memory(&bytes).unwrap().into_rgb8();
+        assert_eq!(image.dimensions(), (3, 2));
+        let want = PIXELS.map(|p| p.map(code8));
+        assert_eq!(image.as_raw(), want.as_flattened());
+        assert!(contains(&bytes, "sRGB") && contains(&bytes, "Seed\x007"));
+        assert!(contains(&bytes, "scenes/ö.toml"), "UTF-8 goes to an iTXt chunk");
+
+        let deep = ::image::load_from_memory(&encode(Format::Png(Bits::Sixteen))).unwrap();
+        assert_eq!(deep.as_rgb16().unwrap().as_raw(), PIXELS.map(|p| p.map(code16)).as_flattened());
+    }
+
+    #[test]
+    fn exr_holds_every_bit() {
+        let bytes = encode(Format::Exr);
+        assert!(contains(&bytes, "Scene: scenes/ö.toml"));
+        let image = ::image::load_from_memory(&bytes).unwrap().into_rgb32f();
+        let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(image.as_raw()), bits(PIXELS.as_flattened()));
+    }
+
+    #[test]
+    fn hdr_is_within_a_step_of_its_mantissa() {
+        let bytes = encode(Format::Hdr);
+        assert!(contains(&bytes, "# Seed: 7\n"));
+        let image = ::image::load_from_memory(&bytes).unwrap().into_rgb32f();
+        for (got, want) in image.pixels().zip(PIXELS) {
+            let sane = want.map(|v| if v >= hdr::SMALLEST { v.min(hdr::LARGEST) } else { 0.0 });
+            let step = sane.iter().fold(0.0f32, |a, &b| a.max(b)) / 127.0;
+            for (g, w) in got.0.iter().zip(sane) {
+                assert!((g - w).abs() <= step, "{:?} for {want:?}", got.0);
+            }
+        }
+    }
+
+    #[test]
+    fn encoding_is_repeatable() {
+        for format in [Format::Png(Bits::Eight), Format::Png(Bits::Sixteen), Format::Exr, Format::Hdr] {
+            assert_eq!(encode(format), encode(format), "{format:?}");
+        }
+    }
+
+    #[test]
+    fn the_hash_is_over_little_endian_rows() {
+        // sha256sum of the twelve bytes 00 00 80 3f, 00 00 00 00, 00 00 00 c0.
+        let hash = linear_sha256(&[[1.0, 0.0, -2.0]]);
+        let bytes = [0, 0, 0x80, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0xc0];
+        assert_eq!(hash, format!("{:x}", Sha256::digest(bytes)));
+        assert_ne!(hash, linear_sha256(&[[1.0, -0.0, -2.0]]), "a sign of zero is a different image");
+    }
+}

@@ -1,0 +1,303 @@
+//! The program as its users meet it: exit codes, streams, files. Renders run on the software device.
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+
+fn whitted(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
+    command.args(words).env_remove("WHITTED_DEVICE");
+    command
+}
+
+/// A small render of the example scene on the software device.
+fn small(output: &str) -> Command {
+    whitted(&[
+        "render",
+        SCENE,
+        "-o",
+        output,
+        "--size",
+        "24x20",
+        "--samples",
+        "2",
+        "--depth",
+        "3",
+        "--device",
+        "cpu",
+    ])
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn folder() -> (TempDir, impl Fn(&str) -> String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    (folder, move |name: &str| path.join(name).display().to_string())
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+// Without a device.
+
+#[test]
+fn help_and_version_are_on_standard_output() {
+    for words in [&["--help"][..], &["render", "--help"], &["devices", "--help"], &["gallery", "--help"]] {
+        let output = whitted(words).assert().success().get_output().clone();
+        assert!(text(&output.stdout).contains("Usage: whitted"), "{words:?}");
+        assert!(output.stderr.is_empty());
+    }
+    let help = text(&whitted(&["render", "--help"]).assert().success().get_output().stdout);
+    for part in ["Examples:", "Exit codes:", "WHITTED_DEVICE", "--batch-samples"] {
+        assert!(help.contains(part), "{part}");
+    }
+    let version = whitted(&["--version"]).assert().success().get_output().clone();
+    assert!(text(&version.stdout).contains(env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn bad_values_are_usage_errors() {
+    let (folder, at) = folder();
+    let png = at("a.png");
+    let cases: &[&[&str]] = &[
+        &["-o", &png, "--size", "0x5"],
+        &["-o", &png, "--size", "600"],
+        &["-o", &png, "--samples", "0"],
+        &["-o", &png, "--depth", "0"],
+        &["-o", &png, "--depth", "-1"],
+        &["-o", &png, "--seed", "x"],
+        &["-o", &png, "--crop", "5,5,5,9"],
+        &["-o", &png, "--crop", "1,2,3"],
+        &["-o", &png, "--bits", "12"],
+        &["-o", &png, "--workgroup", "48"],
+        &["-o", &png, "--tile-pixels", "0"],
+        &["-o", &png, "--batch-samples", "0"],
+        &["-o", &png, "-q", "-v"],
+        &["-o", &png, "--no-such-option"],
+        &["-o", &at("a.jpg")],
+        &["-o", &at("a")],
+        &["-o", &at("a.exr"), "--bits", "16"],
+        &[],
+    ];
+    for case in cases {
+        let output = whitted(&["render", SCENE]).args(*case).assert().code(2).get_output().clone();
+        assert!(output.stdout.is_empty(), "{case:?}");
+        assert!(text(&output.stderr).starts_with("error: "), "{case:?}: {}", text(&output.stderr));
+    }
+    whitted(&["gallery", SCENE, "-o", &at("g"), "--scale", "0"]).assert().code(2);
+    whitted(&["no-such-command"]).assert().code(2);
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn a_crop_outside_the_image_is_a_usage_error() {
+    let (folder, at) = folder();
+    let words = ["--size", "20x10", "--crop", "0,0,21,10"];
+    let output =
+        whitted(&["render", SCENE, "-o", &at("a.png")]).args(words).assert().code(2).get_output().clone();
+    assert!(text(&output.stderr).contains("outside the image of 20x10"), "{}", text(&output.stderr));
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn a_bad_scene_is_told_with_its_place_and_leaves_nothing() {
+    let (folder, at) = folder();
+    fs::write(at("bad.toml"), "[camera]\nlook_from = \"here\"\n").unwrap();
+    for (scene, part) in [("bad.toml", "bad.toml:2:"), ("missing.toml", "missing.toml")] {
+        for words in [["render", "-o", &at("a.png")], ["gallery", "-o", &at("g")]] {
+            let output = whitted(&words).arg(at(scene)).assert().code(3).get_output().clone();
+            assert!(text(&output.stderr).contains(part), "{}", text(&output.stderr));
+            assert!(output.stdout.is_empty());
+        }
+    }
+    assert_eq!(names(folder.path()), ["bad.toml"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_found_before_the_scene_is_read() {
+    let (folder, at) = folder();
+    fs::create_dir(at("d.png")).unwrap();
+    for (output, part) in [("none/a.png", "there is no directory"), ("d.png", "it is a directory")] {
+        let words = ["render", &at("missing.toml"), "-o", &at(output)];
+        let output = whitted(&words).assert().code(1).get_output().clone();
+        assert!(text(&output.stderr).contains(part), "{}", text(&output.stderr));
+    }
+    assert_eq!(names(folder.path()), ["d.png"]);
+}
+
+#[test]
+fn no_driver_says_what_to_install() {
+    let (folder, at) = folder();
+    let output = small(&at("a.png"))
+        .env("VK_ICD_FILENAMES", "/nonexistent.json")
+        .env("VK_DRIVER_FILES", "/nonexistent.json")
+        .assert()
+        .code(4)
+        .get_output()
+        .clone();
+    for package in ["mesa-vulkan-drivers", "libvulkan1"] {
+        assert!(text(&output.stderr).contains(package), "{}", text(&output.stderr));
+    }
+    assert!(names(folder.path()).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn closed_pipes_do_not_panic() {
+    use std::process::{Command, Stdio};
+    for words in [&["devices"][..], &["render", "/nonexistent.toml", "-o", "a.png"], &["--help"]] {
+        let shell = format!("exec {} {} | true", env!("CARGO_BIN_EXE_whitted"), words.join(" "));
+        for redirect in ["", " 2>&1"] {
+            let shell = shell.replace(" | true", &format!("{redirect} | true"));
+            let output = Command::new("sh").args(["-c", &shell]).stdin(Stdio::null()).output().unwrap();
+            assert!(!text(&output.stderr).contains("panicked"), "{}", text(&output.stderr));
+        }
+    }
+}
+
+// With the software device.
+
+#[test]
+fn devices_lists_the_software_device() {
+    let json = whitted(&["devices", "--json"]).assert().success().get_output().stdout.clone();
+    let rows: Vec<serde_json::Value> = serde_json::from_slice(&json).unwrap();
+    let cpu = rows.iter().find(|row| row["type"] == "cpu").expect("a software device");
+    let listing = text(&whitted(&["devices"]).assert().success().get_output().stdout);
+    assert!(listing.contains(cpu["name"].as_str().unwrap()), "{listing}");
+    assert!(listing.contains(cpu["uuid"].as_str().unwrap()), "{listing}");
+}
+
+#[test]
+fn an_unknown_device_has_its_own_exit_code() {
+    let (folder, at) = folder();
+    for device in ["no such device", "99"] {
+        whitted(&["render", SCENE, "-o", &at("a.png"), "--device", device]).assert().code(4);
+    }
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn only_the_image_goes_to_standard_output() {
+    let (folder, at) = folder();
+    let file = small(&at("a.png")).assert().success().get_output().clone();
+    assert!(file.stdout.is_empty());
+    assert_eq!(text(&file.stderr).lines().count(), 1, "{}", text(&file.stderr));
+    for flag in ["-q", "-v"] {
+        let piped = small("-").arg(flag).assert().success().get_output().clone();
+        assert!(piped.stdout.starts_with(PNG));
+        assert_eq!(piped.stdout, fs::read(at("a.png")).unwrap(), "a file and a pipe get the same bytes");
+        assert_eq!(piped.stderr.is_empty(), flag == "-q", "{}", text(&piped.stderr));
+    }
+    assert_eq!(names(folder.path()), ["a.png"], "no partial file is left");
+}
+
+#[test]
+fn each_format_holds_the_image() {
+    let (_folder, at) = folder();
+    for name in ["a.png", "a.exr", "a.hdr"] {
+        small(&at(name)).assert().success();
+        let image = image::open(at(name)).unwrap();
+        assert_eq!((image.width(), image.height()), (24, 20), "{name}");
+    }
+    small(&at("deep.png")).args(["--bits", "16"]).assert().success();
+    assert!(image::open(at("deep.png")).unwrap().as_rgb16().is_some());
+}
+
+#[test]
+fn the_report_tells_of_the_render() {
+    let (_folder, at) = folder();
+    small(&at("a.png")).args(["--report", &at("a.json"), "--seed", "3"]).assert().success();
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(at("a.json")).unwrap()).unwrap();
+    assert_eq!(report["settings"]["width"], 24);
+    assert_eq!(report["settings"]["seed"], 3);
+    assert_eq!(report["scene"]["file"], SCENE);
+    assert_eq!(report["image"]["file"].as_str().unwrap(), at("a.png"));
+    assert_eq!(report["image"]["linear_sha256"].as_str().unwrap().len(), 64);
+    assert_eq!(report["rays"]["primary"], 24 * 20 * 2);
+    assert!(report["time"]["wall"].as_f64().unwrap() >= report["time"]["render"].as_f64().unwrap());
+}
+
+#[test]
+fn a_crop_is_cut_from_the_same_image() {
+    let (_folder, at) = folder();
+    small(&at("whole.exr")).assert().success();
+    small(&at("part.exr")).args(["--crop", "5,4,19,13"]).assert().success();
+    let whole = image::open(at("whole.exr")).unwrap().crop_imm(5, 4, 14, 9);
+    assert_eq!(whole.into_rgb32f(), image::open(at("part.exr")).unwrap().into_rgb32f());
+}
+
+#[test]
+fn the_schedule_never_changes_the_image() {
+    let (_folder, at) = folder();
+    small(&at("a.png")).assert().success();
+    let words = ["--tile-pixels", "100", "--batch-samples", "1", "--workgroup", "32"];
+    small(&at("b.png")).args(words).assert().success();
+    assert_eq!(fs::read(at("a.png")).unwrap(), fs::read(at("b.png")).unwrap());
+}
+
+#[test]
+fn the_device_may_come_from_the_environment() {
+    let (_folder, at) = folder();
+    let words = ["render", SCENE, "-o", &at("a.png"), "--size", "8x6", "--samples", "1"];
+    whitted(&words).env("WHITTED_DEVICE", "cpu").assert().success();
+    whitted(&words).env("WHITTED_DEVICE", "no such device").assert().code(4);
+}
+
+#[test]
+fn verbose_tells_where_the_time_went() {
+    let (_folder, at) = folder();
+    let output = small(&at("a.png")).arg("-v").assert().success().get_output().clone();
+    let told = text(&output.stderr);
+    for part in ["device ", "plan ", "launches", "M items/s", "shadow rays", "first dispatch"] {
+        assert!(told.contains(part), "{part} is not in\n{told}");
+    }
+}
+
+#[test]
+fn the_gallery_is_whole() {
+    let (_folder, at) = folder();
+    whitted(&["gallery", SCENE, "-o", &at("g"), "--scale", "0.03", "--device", "cpu"]).assert().success();
+    let names = names(Path::new(&at("g")));
+    for name in ["contact_sheet.png", "gallery.json", "samples_10.png", "depth_4.png", "final_cornell.png"] {
+        assert!(names.iter().any(|n| n == name), "{name} is not in {names:?}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_with_130_and_a_partial_image() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let (folder, at) = folder();
+    let image = at("a.png");
+    let size = ["--size", "120x100", "--samples", "1000000", "--batch-samples", "4"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_whitted"))
+        .args(["render", SCENE, "-o", &image, "--device", "cpu", "-v"])
+        .args(size)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The first line of progress says that the render is under way.
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("rendering: ")), "it ended before it was stopped");
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let last = lines.last().unwrap();
+    assert!(last.starts_with("interrupted: ") && last.ends_with("a.png"), "{last}");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(names(folder.path()), ["a.png"]);
+    assert!(fs::read(&image).unwrap().starts_with(PNG));
+}
