@@ -121,6 +121,9 @@ impl Plan {
         if let Some(samples) = settings.schedule.batch_samples {
             plan.batch_samples = plan.batch_samples.min(samples.max(1));
         }
+        if let Some(capacity) = settings.schedule.capacity {
+            plan.capacity = plan.capacity.min(capacity.max(plan.tile_pixels * plan.batch_samples));
+        }
         Ok(plan)
     }
 

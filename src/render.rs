@@ -84,6 +84,24 @@ impl From<PlanError> for RenderError {
 /// device for hung, and often enough for a progress bar.
 const SUBMIT_SECONDS: f64 = 0.25;
 
+/// The bits that `Renderer::poison_buffers` fills with.
+const QUIET_NAN: u32 = 0x7fc0_0000;
+/// Buffers whose contents do not outlive a submit.
+const TRANSIENT: &[Buf] = &[
+    Buf::Rays,
+    Buf::NextRays,
+    Buf::Media,
+    Buf::NextMedia,
+    Buf::Queue,
+    Buf::NextQueue,
+    Buf::Hits,
+    Buf::Surfaces,
+    Buf::Totals,
+    Buf::Offsets,
+    Buf::Contributions,
+    Buf::Slots,
+];
+
 /// A device, ready to render.
 pub struct Renderer {
     device: Rc<Device>,
@@ -92,6 +110,7 @@ pub struct Renderer {
     opened: Duration,
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
+    poison: bool,
 }
 
 impl Renderer {
@@ -105,6 +124,7 @@ impl Renderer {
             opened: start.elapsed(),
             brute_force: None,
             omitted_barrier: None,
+            poison: false,
         })
     }
 
@@ -128,6 +148,12 @@ impl Renderer {
         self.omitted_barrier = kernel;
     }
 
+    /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
+    /// written then shows in the image.
+    pub fn poison_buffers(&mut self, poison: bool) {
+        self.poison = poison;
+    }
+
     /// Renders `scene`.
     pub fn render(
         &mut self,
@@ -144,6 +170,7 @@ impl Renderer {
         let (pipelines, fresh) = self.pipelines(&plan.specialisation)?;
         let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
         frame.recorder.omit_barrier_after(self.omitted_barrier);
+        frame.poison = self.poison;
         if fresh {
             frame.warm_up()?;
         }
@@ -179,20 +206,20 @@ impl Renderer {
 
 /// A rectangle of pixels, in image coordinates.
 #[derive(Debug, Clone, Copy)]
-struct Tile {
-    x: u32,
-    y: u32,
-    width: u32,
-    height: u32,
+pub(crate) struct Tile {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 impl Tile {
-    fn pixels(&self) -> u32 {
+    pub(crate) fn pixels(&self) -> u32 {
         self.width * self.height
     }
 
     /// Two halves along the longer side, or nothing for a single pixel.
-    fn halves(&self) -> Option<[Tile; 2]> {
+    pub(crate) fn halves(&self) -> Option<[Tile; 2]> {
         let t = *self;
         if t.pixels() == 1 {
             None
@@ -207,7 +234,7 @@ impl Tile {
 }
 
 /// Tiles of at most `pixels` pixels, rows first; the first tile last, so that `pop` takes it first.
-fn tiles(region: [u32; 4], pixels: u32) -> Vec<Tile> {
+pub(crate) fn tiles(region: [u32; 4], pixels: u32) -> Vec<Tile> {
     let [x0, y0, x1, y1] = region;
     let width = (x1 - x0).min(pixels);
     let height = (pixels / width).clamp(1, y1 - y0);
@@ -358,6 +385,7 @@ struct Frame<'a> {
     tally: Tally,
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
+    poison: bool,
 }
 
 impl<'a> Frame<'a> {
@@ -400,6 +428,7 @@ impl<'a> Frame<'a> {
             batch_samples: plan.batch_samples,
             tally: Tally::default(),
             rate: 0.0,
+            poison: false,
         })
     }
 
@@ -474,6 +503,11 @@ impl<'a> Frame<'a> {
         let mut first = 0;
         while first < self.settings.samples {
             self.recorder.begin()?;
+            if self.poison {
+                for buffer in TRANSIENT {
+                    self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
+                }
+            }
             if first == 0 {
                 self.recorder.fill(&self.buffers, Buf::Film, 0);
             }
@@ -632,7 +666,7 @@ enum TileEnd {
 }
 
 /// Mean of `samples` samples; both parts of the sum in f64, rounded once.
-fn mean(film: &Film, samples: u32) -> [f32; 3] {
+pub(crate) fn mean(film: &Film, samples: u32) -> [f32; 3] {
     std::array::from_fn(|c| {
         ((f64::from(film.sum[c]) + f64::from(film.compensation[c])) / f64::from(samples.max(1))) as f32
     })

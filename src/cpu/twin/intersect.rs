@@ -1,0 +1,25 @@
+//! Twin of `glsl/intersect.comp`.
+
+use super::lib::real::FAR;
+use super::lib::trace::{Shapes, make_trace_ray};
+use crate::abi::{Hit, Node, Queue, Ray, Specialisation, Sphere, SphereInfo, Triangle, TriangleInfo};
+
+/// Closest hit of every ray in the queue.
+pub fn intersect(
+    spec: &Specialisation,
+    triangles: &[Triangle],
+    triangle_infos: &[TriangleInfo],
+    spheres: &[Sphere],
+    sphere_infos: &[SphereInfo],
+    nodes: &[Node],
+    rays: &[Ray],
+    queue: &[Queue],
+    hits: &mut [Hit],
+    counters: &mut [u32],
+) {
+    let shapes = Shapes { spec, triangles, triangle_infos, spheres, sphere_infos, nodes };
+    for i in 0..queue[0].count as usize {
+        let r = make_trace_ray(rays[i].origin.into(), rays[i].direction.into(), rays[i].skip);
+        hits[i] = shapes.closest_hit(&r, FAR, false, counters);
+    }
+}

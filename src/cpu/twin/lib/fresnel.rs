@@ -1,0 +1,52 @@
+//! Twin of `glsl/lib/fresnel.glsl`.
+
+use super::numeric::safe_normalize;
+use super::real::{Real, Real3};
+use crate::abi::{FRESNEL_CONSTANT, FRESNEL_EXACT, Material};
+
+fn transmitted_cosine_squared(eta: Real, cosine: Real) -> Real {
+    1.0 - eta * eta * (1.0 - cosine * cosine)
+}
+
+fn fresnel_exact(n1: Real, n2: Real, c: Real, ct: Real) -> Real {
+    let rs = (n1 * c - n2 * ct) / (n1 * c + n2 * ct);
+    let rp = (n2 * c - n1 * ct) / (n2 * c + n1 * ct);
+    (rs * rs + rp * rp) * 0.5
+}
+
+fn fresnel_schlick(n1: Real, n2: Real, c: Real, ct: Real) -> Real {
+    let r = (n1 - n2) / (n1 + n2);
+    let r0 = r * r;
+    let m = 1.0 - if n1 > n2 { ct } else { c };
+    let m2 = m * m;
+    r0 + (1.0 - r0) * (m2 * m2 * m)
+}
+
+/// Share of reflection between indices n1 (here) and n2 (beyond), at cosine c.
+pub fn reflection_share(m: &Material, n1: Real, n2: Real, c: Real) -> Real {
+    let eta = n1 / n2;
+    let k = transmitted_cosine_squared(eta, c);
+    if k < 0.0 {
+        return 1.0;
+    }
+    if m.fresnel_kind == FRESNEL_CONSTANT {
+        return m.fresnel;
+    }
+    if n1 == n2 {
+        return 0.0;
+    }
+    let ct = k.sqrt();
+    if m.fresnel_kind == FRESNEL_EXACT { fresnel_exact(n1, n2, c, ct) } else { fresnel_schlick(n1, n2, c, ct) }
+}
+
+/// Direction of the refracted ray; n on the ray's side, c = -n.d >= 0.
+pub fn refracted(d: Real3, n: Real3, eta: Real, c: Real) -> Real3 {
+    let k = transmitted_cosine_squared(eta, c);
+    let ct = (if k > 0.0 { k } else { 0.0 }).sqrt();
+    safe_normalize(eta * d + (eta * c - ct) * n)
+}
+
+/// Direction of the reflected ray.
+pub fn reflected(d: Real3, n: Real3, c: Real) -> Real3 {
+    safe_normalize(d + (2.0 * c) * n)
+}

@@ -1,0 +1,151 @@
+//! Twin of `glsl/lib/trace.glsl`.
+
+use super::r#box::{SLAB_GROW, enter_box, safe_reciprocal};
+use super::real::{FAR, Real, Real3, is_not_finite};
+use super::sphere::hit_sphere;
+use super::triangle::{Shear, hit_triangle, make_shear};
+use crate::abi::{
+    COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, Hit, LEAF_BIT, LEAF_FIRST_BITS, NONE, Node,
+    STACK_SIZE, Specialisation, Sphere, SphereInfo, Triangle, TriangleInfo,
+};
+
+/// The buffers that `trace.glsl` needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Shapes<'a> {
+    /// Specialisation constants.
+    pub spec: &'a Specialisation,
+    /// Binding of this name.
+    pub triangles: &'a [Triangle],
+    /// Binding of this name.
+    pub triangle_infos: &'a [TriangleInfo],
+    /// Binding of this name.
+    pub spheres: &'a [Sphere],
+    /// Binding of this name.
+    pub sphere_infos: &'a [SphereInfo],
+    /// Binding of this name.
+    pub nodes: &'a [Node],
+}
+
+/// A ray, made ready.
+#[derive(Debug, Clone, Copy)]
+pub struct TraceRay {
+    origin: Real3,
+    direction: Real3,
+    shear: Shear,
+    skip: u32,
+}
+
+/// Readies a ray that starts on primitive `skip`, or NONE.
+pub fn make_trace_ray(origin: Real3, direction: Real3, skip: u32) -> TraceRay {
+    TraceRay { origin, direction, shear: make_shear(direction), skip }
+}
+
+impl Shapes<'_> {
+    fn primitive_id(&self, primitive: u32) -> u32 {
+        let count = self.spec.triangle_count;
+        if primitive < count {
+            self.triangle_infos[primitive as usize].id
+        } else {
+            self.sphere_infos[(primitive - count) as usize].id
+        }
+    }
+
+    fn test_primitive(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+        let count = self.spec.triangle_count;
+        let mut h = Hit { t: FAR, u: 0.0, v: 0.0, primitive };
+        let hit;
+        if primitive < count {
+            let found;
+            (found, h.t, h.u, h.v) = hit_triangle(&self.triangles[primitive as usize], r.origin, &r.shear);
+            hit = found && primitive != r.skip;
+        } else {
+            let sphere = &self.spheres[(primitive - count) as usize];
+            (hit, h.t) = hit_sphere(sphere, r.origin, r.direction, primitive == r.skip);
+        }
+        if !hit || h.t > best.t {
+            return;
+        }
+        if h.t < best.t
+            || (best.primitive != NONE && self.primitive_id(primitive) < self.primitive_id(best.primitive))
+        {
+            *best = h;
+        }
+    }
+
+    fn walk_brute(&self, r: &TraceRay, any: bool, best: &mut Hit) {
+        for i in 0..self.spec.triangle_count + self.spec.sphere_count {
+            self.test_primitive(i, r, best);
+            if any && best.primitive != NONE {
+                return;
+            }
+        }
+    }
+
+    fn walk_bvh(&self, r: &TraceRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
+        let d = r.direction;
+        let inv = Real3::new(safe_reciprocal(d.x), safe_reciprocal(d.y), safe_reciprocal(d.z));
+        let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize];
+        let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
+        loop {
+            steps += 1;
+            if steps > self.spec.loop_cap {
+                counters[COUNTER_LOOP_CAP as usize] += 1;
+                return;
+            }
+            if current & LEAF_BIT != 0 {
+                let first = current & ((1 << LEAF_FIRST_BITS) - 1);
+                let count = ((current & !LEAF_BIT) >> LEAF_FIRST_BITS) + 1;
+                for i in 0..count {
+                    steps += 1;
+                    self.test_primitive(first + i, r, best);
+                }
+                if any && best.primitive != NONE {
+                    return;
+                }
+            } else {
+                let n = &self.nodes[current as usize];
+                let t0 = enter_box(n.lo_0.into(), n.hi_0.into(), r.origin, inv, best.t);
+                let t1 = enter_box(n.lo_1.into(), n.hi_1.into(), r.origin, inv, best.t);
+                let (in0, in1) = (t0 >= 0.0, t1 >= 0.0);
+                if in0 || in1 {
+                    let first0 = in0 && (!in1 || t0 <= t1);
+                    current = if first0 { n.child_0 } else { n.child_1 };
+                    if in0 && in1 {
+                        if top == STACK_SIZE as usize {
+                            counters[COUNTER_STACK_OVERFLOW as usize] += 1;
+                        } else {
+                            stack[top] = if first0 { (n.child_1, t1) } else { (n.child_0, t0) };
+                            top += 1;
+                        }
+                    }
+                    continue;
+                }
+            }
+            let mut found = false;
+            while top > 0 && !found {
+                top -= 1;
+                steps += 1;
+                current = stack[top].0;
+                found = stack[top].1 <= best.t * SLAB_GROW;
+            }
+            if !found {
+                return;
+            }
+        }
+    }
+
+    /// Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
+    pub fn closest_hit(&self, r: &TraceRay, limit: Real, any: bool, counters: &mut [u32]) -> Hit {
+        let mut best = Hit { t: limit, u: 0.0, v: 0.0, primitive: NONE };
+        if is_not_finite(r.origin) || is_not_finite(r.direction) {
+            counters[COUNTER_NAN_RAYS as usize] += 1;
+            return best;
+        }
+        if self.spec.use_bvh != 0 {
+            self.walk_bvh(r, any, &mut best, counters);
+        } else {
+            self.walk_brute(r, any, &mut best);
+        }
+        best
+    }
+}

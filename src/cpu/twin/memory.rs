@@ -1,0 +1,196 @@
+//! The buffers of a plan in host memory, and the pass that runs on them.
+
+use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
+use crate::abi::{
+    self, Buf, Camera, CornerNormals, DepthCount, Film, Hit, Light, Material, Node, Push, Queue, Ray,
+    Specialisation, Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+};
+use crate::kernels::Kernel;
+use crate::pack::Packed;
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
+
+/// What an unwritten word holds: a quiet NaN, so that reading one shows.
+pub const POISON: u32 = 0x7fc0_0000;
+
+macro_rules! memory {
+    ($($field:ident / $variant:ident: $element:ty;)*) => {
+        /// Every buffer of the frame, under its kernel name.
+        #[derive(Debug, Clone)]
+        pub struct Memory {
+            $(
+                #[doc = concat!("Buffer `", stringify!($field), "`.")]
+                pub $field: Vec<$element>,
+            )*
+        }
+
+        impl Memory {
+            /// Buffers of these lengths, poisoned throughout.
+            pub fn poisoned(length: impl Fn(Buf) -> usize) -> Memory {
+                Memory { $($field: poison(length(Buf::$variant)),)* }
+            }
+
+            /// The bytes of a buffer.
+            pub fn bytes(&self, buffer: Buf) -> &[u8] {
+                match buffer { $(Buf::$variant => cast_slice(&self.$field),)* }
+            }
+
+            /// The words of a buffer.
+            pub fn words_mut(&mut self, buffer: Buf) -> &mut [u32] {
+                match buffer { $(Buf::$variant => cast_slice_mut(&mut self.$field),)* }
+            }
+        }
+    };
+}
+
+memory! {
+    camera / Camera: Camera;
+    triangles / Triangles: Triangle;
+    triangle_infos / TriangleInfos: TriangleInfo;
+    corner_normals / CornerNormals: CornerNormals;
+    spheres / Spheres: Sphere;
+    sphere_infos / SphereInfos: SphereInfo;
+    nodes / Nodes: Node;
+    materials / Materials: Material;
+    lights / Lights: Light;
+    solid_iors / SolidIors: f32;
+    eye_media / EyeMedia: u32;
+    rays / Rays: Ray;
+    next_rays / NextRays: Ray;
+    media / Media: u32;
+    next_media / NextMedia: u32;
+    queue / Queue: Queue;
+    next_queue / NextQueue: Queue;
+    hits / Hits: Hit;
+    surfaces / Surfaces: Surface;
+    totals / Totals: u32;
+    offsets / Offsets: u32;
+    contributions / Contributions: [f32; 3];
+    slots / Slots: [f32; 3];
+    film / Film: Film;
+    depth_counts / DepthCounts: DepthCount;
+    counters / Counters: u32;
+}
+
+fn poison<T: Pod>(count: usize) -> Vec<T> {
+    let mut all = vec![T::zeroed(); count];
+    cast_slice_mut::<T, u32>(&mut all).fill(POISON);
+    all
+}
+
+impl Memory {
+    /// Poisoned buffers of `bytes` each, in binding order, with the scene and `camera` in place.
+    pub fn new(bytes: &[u64], packed: &Packed, camera: Camera) -> Memory {
+        let element = |b: Buf| crate::plan::element_bytes(abi::BUFFERS[b as usize].1);
+        let mut memory = Memory::poisoned(|b| (bytes[b as usize] / element(b)) as usize);
+        memory.camera = vec![camera];
+        memory.triangles.clone_from(&packed.triangles);
+        memory.triangle_infos.clone_from(&packed.triangle_infos);
+        memory.corner_normals.clone_from(&packed.corner_normals);
+        memory.spheres.clone_from(&packed.spheres);
+        memory.sphere_infos.clone_from(&packed.sphere_infos);
+        memory.nodes.clone_from(&packed.nodes);
+        memory.materials.clone_from(&packed.materials);
+        memory.lights.clone_from(&packed.lights);
+        memory.solid_iors.clone_from(&packed.solid_iors);
+        memory.eye_media.clone_from(&packed.eye_media);
+        memory
+    }
+
+    /// Exchanges the queues of this depth and the next.
+    pub fn next_depth(&mut self) {
+        std::mem::swap(&mut self.rays, &mut self.next_rays);
+        std::mem::swap(&mut self.media, &mut self.next_media);
+        std::mem::swap(&mut self.queue, &mut self.next_queue);
+    }
+
+    /// Runs one kernel. Its arguments are its bindings, in the kernel's order.
+    pub fn run(&mut self, kernel: Kernel, spec: &Specialisation, push: &Push) {
+        let m = self;
+        match kernel {
+            Kernel::Generate => generate::generate(
+                spec,
+                push,
+                &m.camera,
+                &m.eye_media,
+                &mut m.rays,
+                &mut m.media,
+                &mut m.slots,
+            ),
+            Kernel::Intersect => intersect::intersect(
+                spec,
+                &m.triangles,
+                &m.triangle_infos,
+                &m.spheres,
+                &m.sphere_infos,
+                &m.nodes,
+                &m.rays,
+                &m.queue,
+                &mut m.hits,
+                &mut m.counters,
+            ),
+            Kernel::Shade => shade::shade(
+                spec,
+                push,
+                &m.triangles,
+                &m.triangle_infos,
+                &m.corner_normals,
+                &m.spheres,
+                &m.sphere_infos,
+                &m.materials,
+                &m.solid_iors,
+                &m.rays,
+                &m.media,
+                &m.queue,
+                &m.hits,
+                &mut m.surfaces,
+                &mut m.totals,
+            ),
+            Kernel::Scan => scan::scan(
+                spec,
+                push,
+                &m.queue,
+                &m.totals,
+                &mut m.offsets,
+                &mut m.next_queue,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Spawn => spawn::spawn(
+                spec,
+                &m.materials,
+                &m.rays,
+                &m.media,
+                &m.queue,
+                &m.next_queue,
+                &m.surfaces,
+                &m.offsets,
+                &mut m.next_rays,
+                &mut m.next_media,
+                &mut m.counters,
+            ),
+            Kernel::Shadow => shadow::shadow(
+                spec,
+                push,
+                &m.camera,
+                &m.triangles,
+                &m.triangle_infos,
+                &m.spheres,
+                &m.sphere_infos,
+                &m.nodes,
+                &m.materials,
+                &m.lights,
+                &m.rays,
+                &m.queue,
+                &m.surfaces,
+                &mut m.contributions,
+                &mut m.slots,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Gather => {
+                gather::gather(&m.rays, &m.queue, &m.contributions, &mut m.slots, &mut m.counters);
+            }
+            Kernel::Resolve => resolve::resolve(push, &m.slots, &mut m.film),
+        }
+    }
+}

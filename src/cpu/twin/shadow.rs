@@ -1,0 +1,103 @@
+//! Twin of `glsl/shadow.comp`.
+
+use super::lib::numeric::dot3;
+use super::lib::real::{Real3, Vec3};
+use super::lib::surface::spawn_origin;
+use super::lib::trace::{Shapes, make_trace_ray};
+use crate::abi::{
+    COUNTER_CLAMPED_LIGHTS, Camera, DepthCount, Light, Material, NONE, Node, Push, Queue, Ray, Specialisation,
+    Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+};
+
+fn direct_light(
+    shapes: &Shapes<'_>,
+    lights: &[Light],
+    s: &Surface,
+    shadow_rays: &mut u32,
+    counters: &mut [u32],
+) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
+    let origin = spawn_origin(position, offset, offset);
+    let least = dot3(offset, offset);
+    for light in lights {
+        let target = Real3::from(light.position);
+        let to_light = target - position;
+        let along = dot3(to_light, normal);
+        // Not `<=`: NaN faces no light.
+        if !(along > 0.0) || !(dot3(to_light, offset) > 0.0) {
+            continue;
+        }
+        *shadow_rays += 1;
+        let mut squared = dot3(to_light, to_light);
+        if squared < least {
+            counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
+            squared = least;
+        }
+        let r = make_trace_ray(origin, target - origin, s.primitive);
+        if shapes.closest_hit(&r, 1.0, true, counters).primitive == NONE {
+            sum += Vec3::from(light.intensity) * ((along / squared.sqrt()) / squared);
+        }
+    }
+    sum
+}
+
+/// Own colour of every struck surface.
+pub fn shadow(
+    spec: &Specialisation,
+    push: &Push,
+    camera: &[Camera],
+    triangles: &[Triangle],
+    triangle_infos: &[TriangleInfo],
+    spheres: &[Sphere],
+    sphere_infos: &[SphereInfo],
+    nodes: &[Node],
+    materials: &[Material],
+    lights: &[Light],
+    rays: &[Ray],
+    queue: &[Queue],
+    surfaces: &[Surface],
+    contributions: &mut [[f32; 3]],
+    slots: &mut [[f32; 3]],
+    depth_counts: &mut [DepthCount],
+    counters: &mut [u32],
+) {
+    let shapes = Shapes { spec, triangles, triangle_infos, spheres, sphere_infos, nodes };
+    let lights = &lights[push.light_begin as usize..push.light_end as usize];
+    let first = push.light_begin == 0;
+    for i in 0..queue[0].count as usize {
+        let mut last = push.light_end == spec.light_count;
+        let s = &surfaces[i];
+        let color;
+        if s.primitive == NONE {
+            if !first {
+                continue;
+            }
+            let c = &camera[0];
+            color = Vec3::new(c.background_r, c.background_g, c.background_b);
+            last = true;
+        } else {
+            let m = &materials[s.material as usize];
+            let diffuse = Vec3::from(m.diffuse);
+            let mut light = if first { Vec3::splat(m.ambient) } else { contributions[i].into() };
+            let own = 1.0 - m.secondary;
+            if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
+                let mut shadow_rays = 0;
+                light += direct_light(&shapes, lights, s, &mut shadow_rays, counters);
+                depth_counts[push.depth as usize - 1].shadow += shadow_rays;
+            }
+            color = if last { own * (diffuse * light) } else { light };
+        }
+        if !last {
+            contributions[i] = color.into();
+            continue;
+        }
+        let weighted = Vec3::from(rays[i].throughput) * color;
+        if spec.branching != 0 {
+            contributions[i] = weighted.into();
+        } else {
+            let slot = &mut slots[rays[i].slot as usize];
+            *slot = (Vec3::from(*slot) + weighted).into();
+        }
+    }
+}
