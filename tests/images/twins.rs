@@ -1,0 +1,58 @@
+//! Device against twin, hierarchy against brute force: the same bits.
+
+use crate::common::build::everything;
+use crate::common::{render, renderer, scenes, small};
+use whitted::cpu::twin;
+use whitted::image::linear_sha256;
+use whitted::pack::pack;
+use whitted::plan::Plan;
+use whitted::report::Report;
+use whitted::settings::{Schedule, Settings};
+
+/// Per depth: traced and shadow rays, as far as rays go.
+fn by_depth(report: &Report) -> Vec<[u64; 2]> {
+    report.rays.by_depth.iter().map(|d| [d.traced, d.shadow]).collect()
+}
+
+fn same_bits(a: &[[f32; 3]], b: &[[f32; 3]]) -> bool {
+    a.len() == b.len() && a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+#[test]
+fn the_device_gives_the_twins_image_and_counts() {
+    let mut renderer = renderer();
+    let limits = renderer.device().limits();
+    for (name, scene) in scenes().into_iter().chain([("everything".into(), everything())]) {
+        // Tiles and batches that divide nothing.
+        let schedule = Schedule { tile_pixels: Some(301), batch_samples: Some(2), ..Schedule::default() };
+        let settings = Settings { schedule, ..small(&scene, 37, 3, 11) };
+        let packed = pack(&scene, None);
+        let plan = Plan::new(&packed, &settings, &limits).unwrap();
+        let (linear, counts) = twin::render(&packed, &scene, &settings, &plan).unwrap();
+        let device = render(&mut renderer, &scene, &settings);
+        let different = linear.iter().zip(&device.linear).filter(|(a, b)| a != b).count();
+        assert!(same_bits(&linear, &device.linear), "{name}: {different} of {} pixels differ", linear.len());
+        let found = by_depth(&device.report);
+        let expected: Vec<[u64; 2]> =
+            counts.depths.iter().map(|d| [d[0], d[3]]).take_while(|d| d[0] > 0).collect();
+        assert_eq!(found, expected, "{name}");
+        assert!(linear.iter().flatten().any(|c| *c > 0.0), "{name} is black");
+        // The comparison can fail.
+        let mut other = linear.clone();
+        other[17][1] = f32::from_bits(other[17][1].to_bits() ^ 1);
+        assert!(!same_bits(&linear, &other));
+    }
+}
+
+#[test]
+fn the_hierarchy_changes_no_bit() {
+    let mut renderer = renderer();
+    for (name, scene) in scenes() {
+        let settings = small(&scene, 60, 2, 3);
+        let hashes = [true, false].map(|brute| {
+            renderer.force_brute_force(Some(brute));
+            linear_sha256(&render(&mut renderer, &scene, &settings).linear)
+        });
+        assert_eq!(hashes[0], hashes[1], "{name}: hierarchy and brute force differ");
+    }
+}
