@@ -50,7 +50,11 @@ fn tiles_batches_and_groups_change_no_bit() {
         with(none);
         let mut other = settings.clone();
         other.seed += 1;
-        assert_ne!(hash(&render(&mut renderer, &scene, &other)), expected, "{name}: the seed changes nothing");
+        assert_ne!(
+            hash(&render(&mut renderer, &scene, &other)),
+            expected,
+            "{name}: the seed changes nothing"
+        );
     }
 }
 

@@ -15,12 +15,19 @@ use common::{Bench, Rng, assert_same, device, differences, queue_of, spoil};
 use state::{State, variants};
 use std::rc::Rc;
 use whitted::abi::{BUFFERS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, NONE, Push};
-use whitted::cpu::twin::Memory;
+use whitted::cpu::twin::single::Memory;
 use whitted::kernels::Kernel;
 use whitted::vk::Device;
 
 /// Uploads, runs on both sides, compares; the twin's result.
-fn check(bench: &mut Bench, state: &State, memory: &Memory, kernel: Kernel, push: &Push, what: &str) -> Memory {
+fn check(
+    bench: &mut Bench,
+    state: &State,
+    memory: &Memory,
+    kernel: Kernel,
+    push: &Push,
+    what: &str,
+) -> Memory {
     bench.upload(memory);
     bench.run(kernel, push, push.items);
     let found = bench.download(memory);
@@ -94,7 +101,10 @@ fn scan() {
             let most = memory.totals.len() as u32 * state.spec.workgroup;
             // Also none, one, and one more than fills groups, runs and rows.
             let count = match case {
-                0..6 => [0, 1, state.spec.workgroup, state.spec.workgroup + 1, 128 * state.spec.workgroup, most][case],
+                0..6 => {
+                    [0, 1, state.spec.workgroup, state.spec.workgroup + 1, 128 * state.spec.workgroup, most]
+                        [case]
+                }
                 _ => rng.below(most + 1),
             };
             memory.queue[0] = queue_of(count, state.spec.workgroup);
@@ -112,7 +122,7 @@ fn scan() {
 
 /// Children of the whole queue.
 fn sum(memory: &Memory) -> u32 {
-    let groups = memory.offsets.iter().take_while(|o| **o != whitted::cpu::twin::memory::POISON).count();
+    let groups = memory.offsets.iter().take_while(|o| **o != whitted::cpu::twin::single::POISON).count();
     memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum()
 }
 

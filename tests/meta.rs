@@ -29,7 +29,9 @@ fn every_library_file_has_a_twin() {
             // Declarations, and the pixel's samples, whose twin is used by the oracle too.
             "prelude" => {}
             "sampler" => assert!(read("src/sampler.rs").contains("pcg4d")),
-            _ => assert!(read(&format!("src/cpu/twin/lib/{name}.rs")).contains(&format!("glsl/lib/{name}.glsl"))),
+            _ => assert!(
+                read(&format!("src/cpu/twin/lib/{name}.rs")).contains(&format!("glsl/lib/{name}.glsl"))
+            ),
         }
     }
 }

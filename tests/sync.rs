@@ -13,15 +13,15 @@ use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 fn validated() -> Renderer {
-    Renderer::new(&DeviceChoice::Cpu, true).unwrap_or_else(|e| panic!("these tests need the validation layer: {e}"))
+    Renderer::new(&DeviceChoice::Cpu, true)
+        .unwrap_or_else(|e| panic!("these tests need the validation layer: {e}"))
 }
 
 #[test]
 fn every_scene_is_valid() {
     let mut renderer = validated();
     for (name, scene) in scenes() {
-        let schedule =
-            Schedule { tile_pixels: Some(120), batch_samples: Some(1), ..Schedule::default() };
+        let schedule = Schedule { tile_pixels: Some(120), batch_samples: Some(1), ..Schedule::default() };
         let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
         render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();

@@ -367,7 +367,12 @@ impl Recorder {
             let region = [vk::BufferCopy { src_offset: begin, dst_offset: 0, size }];
             // SAFETY: recording; the region lies within both buffers.
             unsafe {
-                self.device.raw.cmd_copy_buffer(self.commands, buffers.handle(buffer), buffers.staging(), &region);
+                self.device.raw.cmd_copy_buffer(
+                    self.commands,
+                    buffers.handle(buffer),
+                    buffers.staging(),
+                    &region,
+                );
             }
             self.barrier();
             self.submit(buffers)?;

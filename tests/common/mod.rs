@@ -10,7 +10,7 @@ pub mod build;
 use std::path::PathBuf;
 use std::rc::Rc;
 use whitted::abi::{BUFFERS, Buf, NONE, Push, STRUCTS, Specialisation, Surface};
-use whitted::cpu::twin::Memory;
+use whitted::cpu::twin::single::Memory;
 use whitted::kernels::Kernel;
 use whitted::pack::{Packed, pack};
 use whitted::passes;
@@ -18,7 +18,7 @@ use whitted::plan::{Plan, element_bytes};
 use whitted::render::{Quiet, Rendered, Renderer};
 use whitted::sampler::pcg4d;
 use whitted::scene::Scene;
-use whitted::settings::{DeviceChoice, Settings};
+use whitted::settings::{DeviceChoice, Precision, Settings};
 use whitted::vk::{Buffers, Device, Dispatch, Pipelines, Recorder};
 
 /// The software device. A machine without one fails the test.
@@ -112,9 +112,11 @@ impl Bench {
     pub fn new(device: &Rc<Device>, spec: &Specialisation, memory: &Memory) -> Bench {
         let bytes: Vec<u64> = BUFFERS
             .iter()
-            .map(|(_, element, b)| (memory.bytes(*b).len() as u64).max(element_bytes(element)))
+            .map(|(_, element, b)| {
+                (memory.bytes(*b).len() as u64).max(element_bytes(element, Precision::Robust))
+            })
             .collect();
-        let pipelines = Pipelines::new(device, spec).unwrap();
+        let pipelines = Pipelines::new(device, spec, false).unwrap();
         let buffers = Buffers::new(device, &bytes, 0).unwrap();
         let recorder = Recorder::new(device, &pipelines, &buffers, spec.workgroup).unwrap();
         Bench { pipelines, buffers, recorder }
@@ -212,18 +214,21 @@ pub fn differences(a: &Memory, b: &Memory) -> Vec<String> {
 pub fn assert_same(what: &str, twin: &Memory, device: &Memory) {
     let found = differences(twin, device);
     let some = found.iter().take(8).cloned().collect::<Vec<_>>().join("\n  ");
-    assert!(found.is_empty(), "{what}: {} words differ from the twin (twin != device):\n  {some}", found.len());
+    assert!(
+        found.is_empty(),
+        "{what}: {} words differ from the twin (twin != device):\n  {some}",
+        found.len()
+    );
 }
 
 /// The primitive that each sample's primary ray hits, in the scene's numbering, as kernels see it; a
 /// pixel's samples lie side by side.
 pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Vec<Option<u32>> {
-    let packed = pack(scene, None);
+    let packed = pack(scene, settings.precision, None);
     let plan = Plan::new(&packed, settings, &device.limits()).unwrap();
     let pixels = settings.width * settings.height;
     assert!(plan.tile_pixels == pixels && plan.batch_samples == settings.samples, "one batch, or no map");
-    let camera = packed.camera(scene, settings.width, settings.height);
-    let mut memory = Memory::new(&plan.buffer_bytes, &packed, camera);
+    let mut memory = Memory::new(&plan.buffer_bytes, &packed, &packed.camera(scene, settings));
     let push = primary_push(settings, &plan);
     memory.queue[0] = queue_of(push.items, plan.specialisation.workgroup);
     let mut bench = Bench::new(device, &plan.specialisation, &memory);

@@ -34,7 +34,12 @@ fn error(found: [f32; 3], truth: glam::DVec3) -> f64 {
 }
 
 /// What is wrong with an image, if anything.
-fn colours(scene: &Scene, settings: &Settings, found: &[[f32; 3]], oracle: &OracleImage) -> Result<(), String> {
+fn colours(
+    scene: &Scene,
+    settings: &Settings,
+    found: &[[f32; 3]],
+    oracle: &OracleImage,
+) -> Result<(), String> {
     let errors: Vec<f64> = found.iter().zip(&oracle.linear).map(|(a, b)| error(*a, *b)).collect();
     let rounded = errors.iter().filter(|e| **e > TOLERANCE).count();
     if rounded * 100 > errors.len() {
@@ -76,9 +81,13 @@ fn hits_colours_and_counts_are_the_oracles() {
             let bound = mismatch_bound(DELTA_PX, edges(&oracle), SAMPLES);
             let hits = first_hits(&device, &scene, &settings);
             let mismatches = hit_mismatches(&hits, &oracle.first_hit).unwrap();
-            assert!(mismatches as f64 <= bound, "{name}, seed {seed}: {mismatches} hits differ, {bound:.1} may");
+            assert!(
+                mismatches as f64 <= bound,
+                "{name}, seed {seed}: {mismatches} hits differ, {bound:.1} may"
+            );
             let image = render(&mut renderer, &scene, &settings);
-            colours(&scene, &settings, &image.linear, &oracle).unwrap_or_else(|e| panic!("{name}, seed {seed}: {e}"));
+            colours(&scene, &settings, &image.linear, &oracle)
+                .unwrap_or_else(|e| panic!("{name}, seed {seed}: {e}"));
             counts(&scene, &image.report.rays, &oracle.rays, bound)
                 .unwrap_or_else(|e| panic!("{name}, seed {seed}: {e}"));
         }

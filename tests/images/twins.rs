@@ -7,7 +7,15 @@ use whitted::image::linear_sha256;
 use whitted::pack::pack;
 use whitted::plan::Plan;
 use whitted::report::Report;
-use whitted::settings::{Schedule, Settings};
+use whitted::settings::{Origin, Precision, Schedule, Settings};
+
+/// Every way the kernels compute.
+const ARITHMETIC: [(Precision, Origin); 4] = [
+    (Precision::Robust, Origin::Bound),
+    (Precision::Fast, Origin::Bound),
+    (Precision::Double, Origin::Bound),
+    (Precision::Robust, Origin::Fixed(1e-3)),
+];
 
 /// Per depth: traced and shadow rays, as far as rays go.
 fn by_depth(report: &Report) -> Vec<[u64; 2]> {
@@ -22,11 +30,16 @@ fn same_bits(a: &[[f32; 3]], b: &[[f32; 3]]) -> bool {
 fn the_device_gives_the_twins_image_and_counts() {
     let mut renderer = renderer();
     let limits = renderer.device().limits();
-    for (name, scene) in scenes().into_iter().chain([("everything".into(), everything())]) {
+    for ((name, scene), (precision, origin)) in scenes()
+        .into_iter()
+        .chain([("everything".into(), everything())])
+        .flat_map(|subject| ARITHMETIC.map(|how| (subject.clone(), how)))
+    {
+        let name = format!("{name}, {precision:?}, {origin:?}");
         // Tiles and batches that divide nothing.
         let schedule = Schedule { tile_pixels: Some(301), batch_samples: Some(2), ..Schedule::default() };
-        let settings = Settings { schedule, ..small(&scene, 37, 3, 11) };
-        let packed = pack(&scene, None);
+        let settings = Settings { schedule, precision, origin, ..small(&scene, 37, 3, 11) };
+        let packed = pack(&scene, settings.precision, None);
         let plan = Plan::new(&packed, &settings, &limits).unwrap();
         let (linear, counts) = twin::render(&packed, &scene, &settings, &plan).unwrap();
         let device = render(&mut renderer, &scene, &settings);

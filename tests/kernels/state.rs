@@ -5,7 +5,8 @@ use crate::common::{Rng, queue_of};
 use glam::{DVec3, Vec3};
 use whitted::abi::*;
 use whitted::bvh::{self, Item};
-use whitted::cpu::twin::Memory;
+use whitted::cpu::twin::single::Memory;
+use whitted::cpu::twin::single::lib::r#box::{sphere_box, triangle_box};
 use whitted::frame::Bounds;
 use whitted::kernels::Kernel;
 
@@ -19,10 +20,13 @@ pub struct Variant {
     branching: bool,
     triangles: u32,
     spheres: u32,
+    wide: bool,
+    robust: bool,
+    origin_fixed: bool,
 }
 
-/// Everything on, and everything off.
-pub fn variants() -> [(&'static str, Variant); 2] {
+/// Everything on, everything off, and the report's way.
+pub fn variants() -> [(&'static str, Variant); 3] {
     [
         (
             "brute force, branching",
@@ -33,7 +37,10 @@ pub fn variants() -> [(&'static str, Variant); 2] {
                 media: 3,
                 branching: true,
                 triangles: 21,
-                spheres: 7,
+                spheres: 11,
+                wide: true,
+                robust: true,
+                origin_fixed: false,
             },
         ),
         (
@@ -46,6 +53,24 @@ pub fn variants() -> [(&'static str, Variant); 2] {
                 branching: false,
                 triangles: 90,
                 spheres: 40,
+                wide: false,
+                robust: true,
+                origin_fixed: false,
+            },
+        ),
+        (
+            "fast, fixed origins",
+            Variant {
+                workgroup: 128,
+                bvh: false,
+                smooth: false,
+                media: 2,
+                branching: true,
+                triangles: 30,
+                spheres: 9,
+                wide: false,
+                robust: false,
+                origin_fixed: true,
             },
         ),
     ]
@@ -73,6 +98,9 @@ impl State {
             use_bvh: u32::from(v.bvh),
             smooth_normals: u32::from(v.smooth),
             media_capacity: v.media,
+            wide_spheres_used: u32::from(v.wide),
+            robust: u32::from(v.robust),
+            origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
             loop_cap: 7500,
         };
@@ -89,7 +117,9 @@ impl State {
         m.camera = vec![camera(&mut rng)];
         m.materials = (0..MATERIALS).map(|i| material(&mut rng, i)).collect();
         m.solid_iors = (0..=SOLIDS).map(|_| rng.pick(&[1.0, 1.5, 1.5, 2.4, 0.001, 1000.0])).collect();
-        m.lights = (0..LIGHTS).map(|_| Light { position: rng.vector(), intensity: [1.0, 0.5, 3e4] }).collect();
+        m.lights = (0..LIGHTS)
+            .map(|_| Light { position: rng.vector(), intensity: [1.0, 0.5, 3e4], pad: 0 })
+            .collect();
         shapes(&mut m, &mut rng, v);
         for list in [&mut m.media, &mut m.eye_media] {
             list.iter_mut().for_each(|w| *w = rng.below(SOLIDS + 1));
@@ -177,6 +207,7 @@ fn camera(rng: &mut Rng) -> Camera {
         background_r: 0.1,
         background_g: 0.2,
         background_b: 0.7,
+        origin_shift: 0.01,
     }
 }
 
@@ -229,20 +260,15 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     let spheres: Vec<Sphere> = (0..v.spheres)
         .map(|_| Sphere { center: rng.vector(), radius: rng.pick(&[0.2, 0.5, 1e-4, 30.0, 1e4]) })
         .collect();
+    let bounds = |(lo, hi): (Vec3, Vec3)| Bounds { lo: lo.as_dvec3(), hi: hi.as_dvec3() };
     let items: Vec<Item> = triangles
         .iter()
-        .map(|t| {
-            let corners = [t.a, t.b, t.c].map(|c| Vec3::from(c).as_dvec3());
-            Item { bounds: corners.into_iter().fold(Bounds::EMPTY, Bounds::with), is_sphere: false }
-        })
-        .chain(spheres.iter().map(|s| {
-            let center: DVec3 = Vec3::from(s.center).as_dvec3();
-            Item { bounds: Bounds::of_sphere(center, f64::from(s.radius)), is_sphere: true }
-        }))
+        .map(|t| Item { bounds: bounds(triangle_box(t)), is_sphere: false })
+        .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
         .collect();
     let order: Vec<u32> = if v.bvh {
         let built = bvh::build(&items);
-        m.nodes = built.nodes;
+        m.nodes = built.nodes.iter().map(Node::from).collect();
         built.order
     } else {
         m.nodes = vec![Node::default()];
@@ -258,13 +284,40 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
             let [a, b, c] = [t.a, t.b, t.c].map(|c| Vec3::from(c).as_dvec3());
             let normal = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3().to_array();
             let (material, solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
-            TriangleInfo { normal, geometric: normal, material, solid, id: *id }
+            TriangleInfo { normal, geometric: normal, material, solid, id: *id, pad: 0 }
         })
         .collect();
     m.sphere_infos = of_spheres
         .iter()
-        .map(|id| SphereInfo { material: rng.below(MATERIALS), solid: 1 + rng.below(SOLIDS), id: *id })
+        .map(|id| {
+            let (material, solid) = (rng.below(MATERIALS), 1 + rng.below(SOLIDS));
+            SphereInfo { material, solid, id: *id, wide: NONE }
+        })
         .collect();
+    // Every second sphere in double length, large or small, with its box as the stand-in.
+    let count = if v.wide { m.spheres.len() / 2 } else { 0 };
+    m.wide_spheres = (0..count)
+        .map(|i| {
+            let radius = rng.pick(&[1e-5, 1e-3, 1e4, 6e6, 1e9]);
+            let normal = Vec3::from(rng.direction());
+            let point = Vec3::from(rng.vector());
+            let center = point - radius * normal;
+            m.spheres[i] = Sphere { center: center.into(), radius: -radius * 1.000_001 - 1e-6 };
+            m.sphere_infos[i].wide = i as u32;
+            let low = |v: Vec3, rng: &mut Rng| (3e-8 * v * Vec3::from(rng.vector())).to_array();
+            WideSphere {
+                point: point.into(),
+                point_low: low(point, rng),
+                normal: normal.into(),
+                normal_low: low(normal, rng),
+                radius,
+                radius_low: 2e-8 * radius * rng.signed(),
+            }
+        })
+        .collect();
+    if m.wide_spheres.is_empty() {
+        m.wide_spheres = vec![WideSphere::default()];
+    }
     m.corner_normals = m
         .triangle_infos
         .iter()
@@ -281,10 +334,21 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .collect();
 }
 
+/// A sphere with its radius, also where that is written in double length.
+fn real_sphere(m: &Memory, at: u32) -> Sphere {
+    match m.wide_spheres.get(m.sphere_infos[at as usize].wide as usize) {
+        Some(w) => {
+            let center = Vec3::from(w.point) - w.radius * Vec3::from(w.normal);
+            Sphere { center: center.into(), radius: w.radius }
+        }
+        None => m.spheres[at as usize],
+    }
+}
+
 /// A ray at or from something: corners, edges, rims, axes, and nonsense.
 fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
     let t = m.triangles[rng.below(m.triangles.len() as u32) as usize];
-    let s = m.spheres[rng.below(m.spheres.len() as u32) as usize];
+    let s = real_sphere(m, rng.below(m.spheres.len() as u32));
     let [a, b, c] = [t.a, t.b, t.c].map(Vec3::from);
     let mut origin = 1.5 * Vec3::from(rng.vector());
     let (u, v) = (rng.unit(), rng.unit());
@@ -307,7 +371,7 @@ fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
         5 => origin = Vec3::from(s.center) + 0.5 * s.radius * Vec3::from(rng.direction()),
         6 => {
             let at = rng.below(m.spheres.len() as u32);
-            let s = m.spheres[at as usize];
+            let s = real_sphere(m, at);
             origin = Vec3::from(s.center) + s.radius * Vec3::from(rng.direction());
             skip = m.triangles.len() as u32 + at;
         }

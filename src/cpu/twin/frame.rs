@@ -1,32 +1,15 @@
 //! The frame on the CPU: the passes of a plan, tile by tile and batch by batch, as `render` records them.
 
+use super::super::Counts;
 use super::memory::Memory;
-use crate::abi::{self, Buf, Push, Queue};
+use super::structs::{DepthCount, Film, Push, Queue};
+use crate::abi::{self, Film as ImageFilm};
 use crate::pack::Packed;
 use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, When};
 use crate::plan::Plan;
 use crate::render::{Tile, mean, tiles};
 use crate::scene::Scene;
 use crate::settings::Settings;
-
-/// What the frame counted.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Counts {
-    /// Per depth: rays traced, reflection and refraction rays among them, shadow rays.
-    pub depths: Vec<[u64; 4]>,
-    /// By `abi::COUNTER_…`.
-    pub counters: [u64; abi::COUNTERS as usize],
-}
-
-impl Counts {
-    fn add(&mut self, memory: &Memory) {
-        for (sum, d) in self.depths.iter_mut().zip(&memory.depth_counts) {
-            let more = [d.traced, d.reflections, d.refractions, d.shadow];
-            sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += u64::from(more));
-        }
-        self.counters.iter_mut().zip(&memory.counters).for_each(|(sum, more)| *sum += u64::from(*more));
-    }
-}
 
 /// The linear image and the counts of a scene under a plan. `None` if one sample of a pixel has more
 /// rays at one depth than the plan's queue holds.
@@ -38,12 +21,9 @@ pub fn render(
 ) -> Option<(Vec<[f32; 3]>, Counts)> {
     let [x0, y0, x1, y1] = settings.region();
     let width = x1 - x0;
-    let camera = packed.camera(scene, settings.width, settings.height);
-    let mut memory = Memory::new(&plan.buffer_bytes, packed, camera);
-    let mut counts = Counts {
-        depths: vec![[0; 4]; settings.depth as usize],
-        counters: [0; abi::COUNTERS as usize],
-    };
+    let mut memory = Memory::new(&plan.buffer_bytes, packed, &packed.camera(scene, settings));
+    let mut counts =
+        Counts { depths: vec![[0; 4]; settings.depth as usize], counters: [0; abi::COUNTERS as usize] };
     let mut linear = vec![[0.0; 3]; (width * (y1 - y0)) as usize];
     let mut batch_samples = plan.batch_samples;
     let mut work = tiles([x0, y0, x1, y1], plan.tile_pixels);
@@ -66,7 +46,8 @@ pub fn render(
         counts.counters.iter_mut().zip(tally.counters).for_each(|(sum, more)| *sum += more);
         for i in 0..tile.pixels() {
             let (x, y) = (tile.x - x0 + i % tile.width, tile.y - y0 + i / tile.width);
-            linear[(y * width + x) as usize] = mean(&memory.film[i as usize], settings.samples);
+            let Film { sum, compensation } = memory.film[i as usize];
+            linear[(y * width + x) as usize] = mean(&ImageFilm { sum, compensation }, settings.samples);
         }
     }
     Some((linear, counts))
@@ -80,28 +61,33 @@ fn trace_tile(
     plan: &Plan,
     batch_samples: u32,
 ) -> Option<Counts> {
-    let mut counts = Counts {
-        depths: vec![[0; 4]; settings.depth as usize],
-        counters: [0; abi::COUNTERS as usize],
-    };
-    memory.words_mut(Buf::Film).fill(0);
+    let mut counts =
+        Counts { depths: vec![[0; 4]; settings.depth as usize], counters: [0; abi::COUNTERS as usize] };
+    memory.film.fill(Film::default());
     let mut first = 0;
     while first < settings.samples {
-        memory.words_mut(Buf::DepthCounts).fill(0);
-        memory.words_mut(Buf::Counters).fill(0);
+        memory.depth_counts.fill(DepthCount::default());
+        memory.counters.fill(0);
         let samples = batch_samples.min(settings.samples - first);
         batch(memory, tile, settings, plan, first, samples);
         if memory.counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
             return None;
         }
-        counts.add(memory);
+        add(&mut counts, memory);
         counts.depths[0][0] += u64::from(tile.pixels()) * u64::from(samples);
         first += samples;
     }
     Some(counts)
 }
 
-fn batch(memory: &mut Memory, tile: &Tile, settings: &Settings, plan: &Plan, first_sample: u32, samples: u32) {
+fn batch(
+    memory: &mut Memory,
+    tile: &Tile,
+    settings: &Settings,
+    plan: &Plan,
+    first_sample: u32,
+    samples: u32,
+) {
     let spec = &plan.specialisation;
     let items = tile.pixels() * samples;
     let push = Push {
@@ -162,4 +148,12 @@ fn batch(memory: &mut Memory, tile: &Tile, settings: &Settings, plan: &Plan, fir
     for pass in EPILOGUE {
         memory.run(pass.kernel, spec, &push);
     }
+}
+
+fn add(counts: &mut Counts, memory: &Memory) {
+    for (sum, d) in counts.depths.iter_mut().zip(&memory.depth_counts) {
+        let more = [d.traced, d.reflections, d.refractions, d.shadow];
+        sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += u64::from(more));
+    }
+    counts.counters.iter_mut().zip(&memory.counters).for_each(|(sum, more)| *sum += u64::from(*more));
 }

@@ -1,8 +1,9 @@
 //! Twin of `glsl/gather.comp`.
 
 use super::lib::numeric::neumaier;
-use super::lib::real::Vec3;
-use crate::abi::{COUNTER_LOOP_CAP, LOOP_CAP, Queue, Ray};
+use super::real::Vec3;
+use super::structs::{Queue, Ray};
+use crate::abi::{COUNTER_LOOP_CAP, LOOP_CAP};
 
 /// Adds the contributions of all rays of one sample at this depth to the sample.
 pub fn gather(

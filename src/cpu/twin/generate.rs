@@ -1,8 +1,9 @@
 //! Twin of `glsl/generate.comp`.
 
 use super::lib::numeric::safe_normalize;
-use super::lib::real::{Real3, Vec3};
-use crate::abi::{Camera, NONE, Push, Ray, Specialisation};
+use super::real::{Real, Real3, Vec3, real};
+use super::structs::{Camera, Push, Ray};
+use crate::abi::{NONE, Specialisation};
 use crate::sampler;
 
 fn primary_ray(push: &Push, c: &Camera, slot: u32) -> Ray {
@@ -11,9 +12,8 @@ fn primary_ray(push: &Push, c: &Camera, slot: u32) -> Ray {
     let y = push.tile_y + pixel / push.tile_width;
     let k = push.first_sample + slot / push.tile_pixels;
     let offset = sampler::offset(push.seed, x, y, k, push.samples);
-    let (at_x, at_y) = (x as f32 + offset[0], y as f32 + offset[1]);
-    let sx = at_x * c.step_x - 1.0;
-    let sy = 1.0 - at_y * c.step_y;
+    let sx = (x as Real + real(offset[0])) * c.step_x - 1.0;
+    let sy = 1.0 - (y as Real + real(offset[1])) * c.step_y;
     let lateral = sx * Real3::from(c.right) + sy * Real3::from(c.up);
     Ray {
         origin: (Real3::from(c.origin) + c.advance * lateral).into(),

@@ -1,16 +1,15 @@
 //! The buffers of a plan in host memory, and the pass that runs on them.
 
-use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
-use crate::abi::{
-    self, Buf, Camera, CornerNormals, DepthCount, Film, Hit, Light, Material, Node, Push, Queue, Ray,
-    Specialisation, Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+use super::structs::{
+    Camera, CornerNormals, DepthCount, Film, Hit, Light, Material, Node, Push, Queue, Ray, Sphere,
+    SphereInfo, Surface, Triangle, TriangleInfo, WideSphere,
 };
+use super::{PRECISION, from_host};
+use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
+use crate::abi::double::Camera as HostCamera;
+use crate::abi::{BUFFERS, Buf, Specialisation};
 use crate::kernels::Kernel;
 use crate::pack::Packed;
-use bytemuck::{Pod, cast_slice, cast_slice_mut};
-
-/// What an unwritten word holds: a quiet NaN, so that reading one shows.
-pub const POISON: u32 = 0x7fc0_0000;
 
 macro_rules! memory {
     ($($field:ident / $variant:ident: $element:ty;)*) => {
@@ -24,19 +23,9 @@ macro_rules! memory {
         }
 
         impl Memory {
-            /// Buffers of these lengths, poisoned throughout.
-            pub fn poisoned(length: impl Fn(Buf) -> usize) -> Memory {
-                Memory { $($field: poison(length(Buf::$variant)),)* }
-            }
-
-            /// The bytes of a buffer.
-            pub fn bytes(&self, buffer: Buf) -> &[u8] {
-                match buffer { $(Buf::$variant => cast_slice(&self.$field),)* }
-            }
-
-            /// The words of a buffer.
-            pub fn words_mut(&mut self, buffer: Buf) -> &mut [u32] {
-                match buffer { $(Buf::$variant => cast_slice_mut(&mut self.$field),)* }
+            /// Buffers of these lengths, all zero.
+            pub fn of_lengths(length: impl Fn(Buf) -> usize) -> Memory {
+                Memory { $($field: vec![<$element>::default(); length(Buf::$variant)],)* }
             }
         }
     };
@@ -48,11 +37,13 @@ memory! {
     triangle_infos / TriangleInfos: TriangleInfo;
     corner_normals / CornerNormals: CornerNormals;
     spheres / Spheres: Sphere;
+    wide_spheres / WideSpheres: WideSphere;
     sphere_infos / SphereInfos: SphereInfo;
     nodes / Nodes: Node;
     materials / Materials: Material;
     lights / Lights: Light;
     solid_iors / SolidIors: f32;
+    solid_priorities / SolidPriorities: i32;
     eye_media / EyeMedia: u32;
     rays / Rays: Ray;
     next_rays / NextRays: Ray;
@@ -71,27 +62,23 @@ memory! {
     counters / Counters: u32;
 }
 
-fn poison<T: Pod>(count: usize) -> Vec<T> {
-    let mut all = vec![T::zeroed(); count];
-    cast_slice_mut::<T, u32>(&mut all).fill(POISON);
-    all
-}
-
 impl Memory {
-    /// Poisoned buffers of `bytes` each, in binding order, with the scene and `camera` in place.
-    pub fn new(bytes: &[u64], packed: &Packed, camera: Camera) -> Memory {
-        let element = |b: Buf| crate::plan::element_bytes(abi::BUFFERS[b as usize].1);
-        let mut memory = Memory::poisoned(|b| (bytes[b as usize] / element(b)) as usize);
-        memory.camera = vec![camera];
-        memory.triangles.clone_from(&packed.triangles);
-        memory.triangle_infos.clone_from(&packed.triangle_infos);
-        memory.corner_normals.clone_from(&packed.corner_normals);
-        memory.spheres.clone_from(&packed.spheres);
-        memory.sphere_infos.clone_from(&packed.sphere_infos);
-        memory.nodes.clone_from(&packed.nodes);
-        memory.materials.clone_from(&packed.materials);
-        memory.lights.clone_from(&packed.lights);
+    /// Buffers of `bytes` each, in binding order, with the scene and `camera` in place.
+    pub fn new(bytes: &[u64], packed: &Packed, camera: &HostCamera) -> Memory {
+        let element = |b: Buf| crate::plan::element_bytes(BUFFERS[b as usize].1, PRECISION);
+        let mut memory = Memory::of_lengths(|b| (bytes[b as usize] / element(b)) as usize);
+        memory.camera = from_host(std::slice::from_ref(camera));
+        memory.triangles = from_host(&packed.triangles);
+        memory.triangle_infos = from_host(&packed.triangle_infos);
+        memory.corner_normals = from_host(&packed.corner_normals);
+        memory.spheres = from_host(&packed.spheres);
+        memory.wide_spheres = from_host(&packed.wide_spheres);
+        memory.sphere_infos = from_host(&packed.sphere_infos);
+        memory.nodes = from_host(&packed.nodes);
+        memory.materials = from_host(&packed.materials);
+        memory.lights = from_host(&packed.lights);
         memory.solid_iors.clone_from(&packed.solid_iors);
+        memory.solid_priorities.clone_from(&packed.solid_priorities);
         memory.eye_media.clone_from(&packed.eye_media);
         memory
     }
@@ -121,6 +108,7 @@ impl Memory {
                 &m.triangles,
                 &m.triangle_infos,
                 &m.spheres,
+                &m.wide_spheres,
                 &m.sphere_infos,
                 &m.nodes,
                 &m.rays,
@@ -135,9 +123,11 @@ impl Memory {
                 &m.triangle_infos,
                 &m.corner_normals,
                 &m.spheres,
+                &m.wide_spheres,
                 &m.sphere_infos,
                 &m.materials,
                 &m.solid_iors,
+                &m.solid_priorities,
                 &m.rays,
                 &m.media,
                 &m.queue,
@@ -157,6 +147,7 @@ impl Memory {
             ),
             Kernel::Spawn => spawn::spawn(
                 spec,
+                &m.camera,
                 &m.materials,
                 &m.rays,
                 &m.media,
@@ -164,6 +155,7 @@ impl Memory {
                 &m.next_queue,
                 &m.surfaces,
                 &m.offsets,
+                &m.solid_priorities,
                 &mut m.next_rays,
                 &mut m.next_media,
                 &mut m.counters,
@@ -175,6 +167,7 @@ impl Memory {
                 &m.triangles,
                 &m.triangle_infos,
                 &m.spheres,
+                &m.wide_spheres,
                 &m.sphere_infos,
                 &m.nodes,
                 &m.materials,

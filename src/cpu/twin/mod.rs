@@ -1,19 +1,38 @@
 //! The kernels on the CPU: one file per kernel and per library file of the same name, with the same
 //! buffers in the same order, operation by operation in the kernels' arithmetic. Where a device
 //! rounds as IEEE 754 says, twin and kernel agree to the bit.
+//!
+//! Like the kernels, the files are compiled once with `real` = f32 and once with `real` = f64.
+#![allow(clippy::duplicate_mod)]
 
-pub mod gather;
-pub mod generate;
-pub mod intersect;
-pub mod lib;
-pub mod memory;
-pub mod resolve;
-pub mod scan;
-pub mod shade;
-pub mod shadow;
-pub mod spawn;
+pub mod double;
+pub mod single;
 
-mod frame;
+use crate::abi;
+use crate::pack::Packed;
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
 
-pub use frame::{Counts, render};
-pub use memory::Memory;
+/// What the frame counted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Counts {
+    /// Per depth: rays traced, reflection and refraction rays among them, shadow rays.
+    pub depths: Vec<[u64; 4]>,
+    /// By `abi::COUNTER_…`.
+    pub counters: [u64; abi::COUNTERS as usize],
+}
+
+/// The linear image and the counts of a scene under a plan. `None` if one sample of a pixel has more
+/// rays at one depth than the plan's queue holds.
+pub fn render(
+    packed: &Packed,
+    scene: &Scene,
+    settings: &Settings,
+    plan: &Plan,
+) -> Option<(Vec<[f32; 3]>, Counts)> {
+    match settings.precision {
+        Precision::Double => double::render(packed, scene, settings, plan),
+        Precision::Fast | Precision::Robust => single::render(packed, scene, settings, plan),
+    }
+}

@@ -1,8 +1,8 @@
 //! Twin of `glsl/resolve.comp`.
 
 use super::lib::numeric::neumaier;
-use super::lib::real::Vec3;
-use crate::abi::{Film, Push};
+use super::real::Vec3;
+use super::structs::{Film, Push};
 
 /// Adds the batch's samples to their pixels.
 pub fn resolve(push: &Push, slots: &[[f32; 3]], film: &mut [Film]) {

@@ -1,6 +1,7 @@
 //! Twin of `glsl/scan.comp`.
 
-use crate::abi::{COUNTER_QUEUE_OVERFLOW, DepthCount, GROUPS_PER_ROW, Push, Queue, Specialisation};
+use super::structs::{DepthCount, Push, Queue};
+use crate::abi::{COUNTER_QUEUE_OVERFLOW, GROUPS_PER_ROW, Specialisation};
 
 /// Exclusive prefix sum of the workgroups' children, and the size of the next queue.
 pub fn scan(

@@ -1,13 +1,16 @@
 //! Twin of `glsl/shade.comp`.
 
 use super::lib::fresnel::reflection_share;
-use super::lib::media::{innermost, is_inside};
+use super::lib::media::{is_inside, medium};
 use super::lib::numeric::dot3;
-use super::lib::real::{Real, Real3};
-use super::lib::surface::{smooth_normal, sphere_point, triangle_point};
+use super::lib::surface::{smooth_normal, sphere_point, triangle_point, wide_sphere_point};
+use super::real::{Real, Real3, float, real};
+use super::structs::{
+    CornerNormals, Hit, Material, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+    WideSphere,
+};
 use crate::abi::{
-    CHILD_REFLECTED, CHILD_REFRACTED, CornerNormals, FRESNEL_CONSTANT, Hit, LEAVES, Material, NONE, PREFIX_SHIFT,
-    Push, Queue, Ray, Specialisation, Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+    CHILD_REFLECTED, CHILD_REFRACTED, FRESNEL_CONSTANT, LEAVES, NONE, PASSES, PREFIX_SHIFT, Specialisation,
 };
 
 /// The scene as `strike` sees it.
@@ -18,9 +21,11 @@ struct Scene<'a> {
     triangle_infos: &'a [TriangleInfo],
     corner_normals: &'a [CornerNormals],
     spheres: &'a [Sphere],
+    wide_spheres: &'a [WideSphere],
     sphere_infos: &'a [SphereInfo],
     materials: &'a [Material],
     solid_iors: &'a [f32],
+    solid_priorities: &'a [i32],
 }
 
 impl Scene<'_> {
@@ -42,8 +47,13 @@ impl Scene<'_> {
             (s.material, s.solid) = (info.material, info.solid);
         } else {
             let at = (h.primitive - self.spec.triangle_count) as usize;
-            p = sphere_point(&self.spheres[at], o, d, h.t);
-            (s.material, s.solid) = (self.sphere_infos[at].material, self.sphere_infos[at].solid);
+            let info = &self.sphere_infos[at];
+            p = if self.spec.wide_spheres_used != 0 && info.wide != NONE {
+                wide_sphere_point(&self.wide_spheres[info.wide as usize], o, d, h.t)
+            } else {
+                sphere_point(&self.spheres[at], o, d, h.t)
+            };
+            (s.material, s.solid) = (info.material, info.solid);
         }
         let behind = dot3(d, p.geometric) > 0.0;
         let toward = |v: Real3| if behind { -v } else { v };
@@ -65,18 +75,25 @@ impl Scene<'_> {
             && m.secondary > 0.0
             && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)
         {
-            here = self.solid_iors[innermost(inside, 0) as usize];
+            let ior = |solid: u32| real(self.solid_iors[solid as usize]);
+            let priority = |solid: u32| self.solid_priorities[solid as usize];
+            here = ior(medium(inside, 0, self.solid_priorities));
             if s.solid != 0 {
-                let leaves = is_inside(inside, s.solid);
-                let other = if leaves { innermost(inside, s.solid) } else { s.solid };
-                beyond = self.solid_iors[other as usize];
-                s.flags |= if leaves { LEAVES } else { 0 };
+                s.flags |= if is_inside(inside, s.solid) { LEAVES } else { 0 };
+                let others = medium(inside, s.solid, self.solid_priorities);
+                if others != 0 && priority(others) > priority(s.solid) {
+                    s.share = 0.0;
+                    let goes_on = self.push.depth < self.push.last_depth;
+                    s.flags |= PASSES | if goes_on { CHILD_REFRACTED } else { 0 };
+                    return s;
+                }
+                beyond = ior(if s.flags & LEAVES != 0 { others } else { s.solid });
                 s.eta = here / beyond;
             } else {
-                beyond = m.ior;
+                beyond = real(m.ior);
             }
         }
-        s.share = reflection_share(m, here, beyond, s.cosine);
+        s.share = float(reflection_share(m, here, beyond, s.cosine));
         if m.secondary > 0.0 && self.push.depth < self.push.last_depth {
             s.flags |= if s.share > 0.0 { CHILD_REFLECTED } else { 0 };
             s.flags |= if s.share < 1.0 { CHILD_REFRACTED } else { 0 };
@@ -93,9 +110,11 @@ pub fn shade(
     triangle_infos: &[TriangleInfo],
     corner_normals: &[CornerNormals],
     spheres: &[Sphere],
+    wide_spheres: &[WideSphere],
     sphere_infos: &[SphereInfo],
     materials: &[Material],
     solid_iors: &[f32],
+    solid_priorities: &[i32],
     rays: &[Ray],
     media: &[u32],
     queue: &[Queue],
@@ -110,9 +129,11 @@ pub fn shade(
         triangle_infos,
         corner_normals,
         spheres,
+        wide_spheres,
         sphere_infos,
         materials,
         solid_iors,
+        solid_priorities,
     };
     let (count, capacity) = (queue[0].count as usize, spec.media_capacity as usize);
     for (group, begin) in (0..count).step_by(spec.workgroup as usize).enumerate() {

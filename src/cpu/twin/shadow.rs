@@ -1,24 +1,26 @@
 //! Twin of `glsl/shadow.comp`.
 
 use super::lib::numeric::dot3;
-use super::lib::real::{Real3, Vec3};
 use super::lib::surface::spawn_origin;
 use super::lib::trace::{Shapes, make_trace_ray};
-use crate::abi::{
-    COUNTER_CLAMPED_LIGHTS, Camera, DepthCount, Light, Material, NONE, Node, Push, Queue, Ray, Specialisation,
-    Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+use super::real::{Real3, Vec3, float};
+use super::structs::{
+    Camera, DepthCount, Light, Material, Node, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
+    TriangleInfo, WideSphere,
 };
+use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, Specialisation};
 
 fn direct_light(
     shapes: &Shapes<'_>,
     lights: &[Light],
     s: &Surface,
+    shift: f32,
     shadow_rays: &mut u32,
     counters: &mut [u32],
 ) -> Vec3 {
     let mut sum = Vec3::ZERO;
     let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
-    let origin = spawn_origin(position, offset, offset);
+    let fixed = shapes.spec.origin_fixed != 0;
     let least = dot3(offset, offset);
     for light in lights {
         let target = Real3::from(light.position);
@@ -34,9 +36,12 @@ fn direct_light(
             counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
             squared = least;
         }
-        let r = make_trace_ray(origin, target - origin, s.primitive);
+        let toward = if fixed { to_light / squared.sqrt() } else { offset };
+        let origin = spawn_origin(position, offset, toward, fixed, shift);
+        let skip = if fixed { NONE } else { s.primitive };
+        let r = make_trace_ray(origin, target - origin, skip);
         if shapes.closest_hit(&r, 1.0, true, counters).primitive == NONE {
-            sum += Vec3::from(light.intensity) * ((along / squared.sqrt()) / squared);
+            sum += Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared);
         }
     }
     sum
@@ -50,6 +55,7 @@ pub fn shadow(
     triangles: &[Triangle],
     triangle_infos: &[TriangleInfo],
     spheres: &[Sphere],
+    wide_spheres: &[WideSphere],
     sphere_infos: &[SphereInfo],
     nodes: &[Node],
     materials: &[Material],
@@ -62,7 +68,7 @@ pub fn shadow(
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, triangle_infos, spheres, sphere_infos, nodes };
+    let shapes = Shapes { spec, triangles, triangle_infos, spheres, wide_spheres, sphere_infos, nodes };
     let lights = &lights[push.light_begin as usize..push.light_end as usize];
     let first = push.light_begin == 0;
     for i in 0..queue[0].count as usize {
@@ -80,10 +86,10 @@ pub fn shadow(
             let m = &materials[s.material as usize];
             let diffuse = Vec3::from(m.diffuse);
             let mut light = if first { Vec3::splat(m.ambient) } else { contributions[i].into() };
-            let own = 1.0 - m.secondary;
+            let own = if s.flags & PASSES != 0 { 0.0 } else { 1.0 - m.secondary };
             if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
                 let mut shadow_rays = 0;
-                light += direct_light(&shapes, lights, s, &mut shadow_rays, counters);
+                light += direct_light(&shapes, lights, s, camera[0].origin_shift, &mut shadow_rays, counters);
                 depth_counts[push.depth as usize - 1].shadow += shadow_rays;
             }
             color = if last { own * (diffuse * light) } else { light };

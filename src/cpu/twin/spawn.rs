@@ -2,11 +2,12 @@
 
 use super::lib::fresnel::{reflected, refracted};
 use super::lib::numeric::{dot3, safe_normalize};
-use super::lib::real::{Real3, U, Vec3};
 use super::lib::surface::spawn_origin;
+use super::real::{Real3, U, Vec3};
+use super::structs::{Camera, Material, Queue, Ray, Surface};
 use crate::abi::{
-    CHILD_REFLECTED, CHILD_REFRACTED, COUNTER_MEDIA_OVERFLOW, LEAVES, Material, NONE, PREFIX_SHIFT, Queue, Ray,
-    Specialisation, Surface,
+    CHILD_REFLECTED, CHILD_REFRACTED, COUNTER_MEDIA_OVERFLOW, LEAVES, NONE, PASSES, PREFIX_SHIFT,
+    Specialisation,
 };
 
 fn above(spec: &Specialisation, direction: Real3, offset: Real3) -> Real3 {
@@ -41,6 +42,7 @@ fn change_media(from: &[u32], to: &mut [u32], solid: u32, leaves: bool, counters
 /// Reflection and refraction rays of the next depth.
 pub fn spawn(
     spec: &Specialisation,
+    camera: &[Camera],
     materials: &[Material],
     rays: &[Ray],
     media: &[u32],
@@ -48,6 +50,8 @@ pub fn spawn(
     next_queue: &[Queue],
     surfaces: &[Surface],
     offsets: &[u32],
+    // Comes with the library of media; spawning asks for no priority.
+    _solid_priorities: &[i32],
     next_rays: &mut [Ray],
     next_media: &mut [u32],
     counters: &mut [u32],
@@ -56,6 +60,7 @@ pub fn spawn(
         return;
     }
     let capacity = spec.media_capacity as usize;
+    let (fixed, shift) = (spec.origin_fixed != 0, camera[0].origin_shift);
     for i in 0..queue[0].count as usize {
         let s = &surfaces[i];
         if s.primitive == NONE || s.flags & (CHILD_REFLECTED | CHILD_REFRACTED) == 0 {
@@ -64,10 +69,14 @@ pub fn spawn(
         let (position, offset, normal) =
             (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
         let d = Real3::from(rays[i].direction);
-        let throughput = materials[s.material as usize].secondary * Vec3::from(rays[i].throughput);
-        let (slot, skip) = (rays[i].slot, s.primitive);
+        let mut throughput = Vec3::from(rays[i].throughput);
+        if s.flags & PASSES == 0 {
+            throughput *= materials[s.material as usize].secondary;
+        }
+        let skip = if fixed { NONE } else { s.primitive };
+        let slot = rays[i].slot;
         let child = |w: Real3, weight: f32| Ray {
-            origin: spawn_origin(position, offset, w).into(),
+            origin: spawn_origin(position, offset, w, fixed, shift).into(),
             direction: w.into(),
             throughput: (weight * throughput).into(),
             slot,

@@ -1,8 +1,9 @@
 //! Twin of `glsl/lib/fresnel.glsl`.
 
+use super::super::real::{Real, Real3, real};
+use super::super::structs::Material;
 use super::numeric::safe_normalize;
-use super::real::{Real, Real3};
-use crate::abi::{FRESNEL_CONSTANT, FRESNEL_EXACT, Material};
+use crate::abi::{FRESNEL_CONSTANT, FRESNEL_EXACT};
 
 fn transmitted_cosine_squared(eta: Real, cosine: Real) -> Real {
     1.0 - eta * eta * (1.0 - cosine * cosine)
@@ -30,13 +31,17 @@ pub fn reflection_share(m: &Material, n1: Real, n2: Real, c: Real) -> Real {
         return 1.0;
     }
     if m.fresnel_kind == FRESNEL_CONSTANT {
-        return m.fresnel;
+        return real(m.fresnel);
     }
     if n1 == n2 {
         return 0.0;
     }
     let ct = k.sqrt();
-    if m.fresnel_kind == FRESNEL_EXACT { fresnel_exact(n1, n2, c, ct) } else { fresnel_schlick(n1, n2, c, ct) }
+    if m.fresnel_kind == FRESNEL_EXACT {
+        fresnel_exact(n1, n2, c, ct)
+    } else {
+        fresnel_schlick(n1, n2, c, ct)
+    }
 }
 
 /// Direction of the refracted ray; n on the ray's side, c = -n.d >= 0.

@@ -1,7 +1,7 @@
 //! Twin of `glsl/lib/numeric.glsl`. No `dot()`, `normalize()` of glam: the order of operations is
 //! the kernel's.
 
-use super::real::{Real, Real3, Vec3};
+use super::super::real::{Real, Real3, SPLIT, Vec3};
 
 /// Scalar product, summed from the left.
 pub fn dot3(a: Real3, b: Real3) -> Real {
@@ -24,6 +24,14 @@ pub fn safe_normalize(v: Real3) -> Real3 {
     }
     let s = v / m;
     s / dot3(s, s).sqrt()
+}
+
+/// a b - p for p = fl(a b), exactly.
+pub fn product_error(a: Real, b: Real, p: Real) -> Real {
+    let (ca, cb) = (SPLIT * a, SPLIT * b);
+    let (ah, bh) = (ca - (ca - a), cb - (cb - b));
+    let (al, bl) = (a - ah, b - bh);
+    ((ah * bh - p) + ah * bl + al * bh) + al * bl
 }
 
 /// One step of Neumaier's compensated sum.

@@ -1,8 +1,16 @@
 //! Twin of `glsl/lib/sphere.glsl`.
 
+use super::super::real::{Real, Real3};
+use super::super::structs::{Sphere, WideSphere};
 use super::numeric::dot3;
-use super::real::{Real, Real3};
-use crate::abi::Sphere;
+use super::wide::{
+    Wide, wide_add, wide_add3, wide_div, wide_dot, wide_mul, wide_negative, wide_scale, wide_sqrt, wide3,
+};
+
+fn nearest_root(t0: Real, t1: Real) -> Real {
+    let (near, far) = (if t0 < t1 { t0 } else { t1 }, if t0 < t1 { t1 } else { t0 });
+    if near > 0.0 { near } else { far }
+}
 
 /// Whether the ray meets the sphere at 0 < t, and the nearest such t. `own`: it starts on the sphere.
 pub fn hit_sphere(s: &Sphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
@@ -18,8 +26,36 @@ pub fn hit_sphere(s: &Sphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
     let q = b + if b < 0.0 { -root } else { root };
     let length_f = dot3(f, f).sqrt();
     let c = (length_f - s.radius) * (length_f + s.radius);
-    let (t0, t1) = (c / q, q / a);
-    let (near, far) = (if t0 < t1 { t0 } else { t1 }, if t0 < t1 { t1 } else { t0 });
-    let t = if near > 0.0 { near } else { far };
+    let t = nearest_root(c / q, q / a);
     (discriminant >= 0.0 && q != 0.0 && t > 0.0, t)
+}
+
+/// The same for a sphere in double length.
+pub fn hit_wide_sphere(s: &WideSphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
+    let n = wide3(s.normal.into(), s.normal_low.into());
+    let r = Wide { hi: s.radius, lo: s.radius_low };
+    let to = wide_add3(wide3(o, Real3::ZERO), wide3(-Real3::from(s.point), -Real3::from(s.point_low)));
+    let f = wide_add3(to, wide_scale(r, n));
+    let dir = wide3(d, Real3::ZERO);
+    let a = wide_dot(dir, dir);
+    let b = wide_negative(wide_dot(f, dir));
+    if own {
+        return (b.hi > 0.0, 2.0 * b.hi / a.hi);
+    }
+    let height = wide_mul(r, wide_dot(n, to));
+    let c = wide_add(wide_dot(to, to), Wide { hi: 2.0 * height.hi, lo: 2.0 * height.lo });
+    let discriminant = if s.radius > 1.0 {
+        wide_add(wide_mul(b, b), wide_negative(wide_mul(a, c)))
+    } else {
+        let p = wide_add3(f, wide_scale(wide_div(b, a), dir));
+        wide_mul(a, wide_add(wide_mul(r, r), wide_negative(wide_dot(p, p))))
+    };
+    // Not `< 0`: NaN misses.
+    if !(discriminant.hi >= 0.0) {
+        return (false, 0.0);
+    }
+    let root = wide_sqrt(discriminant);
+    let q = wide_add(b, if b.hi < 0.0 { wide_negative(root) } else { root });
+    let t = nearest_root(wide_div(c, q).hi, wide_div(q, a).hi);
+    (q.hi != 0.0 && t > 0.0, t)
 }

@@ -1,8 +1,8 @@
 //! Twin of `glsl/lib/surface.glsl`.
 
+use super::super::real::{Real, Real3, U, real};
+use super::super::structs::{CornerNormals, Sphere, Triangle, TriangleInfo, WideSphere};
 use super::numeric::{dot3, max_component, safe_normalize};
-use super::real::{NORMAL_MIN, Real, Real3, U, step};
-use crate::abi::{CornerNormals, Sphere, Triangle, TriangleInfo};
 
 /// Position, normals and spawn offset of a hit.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +26,12 @@ pub fn triangle_point(t: &Triangle, info: &TriangleInfo, u: Real, v: Real) -> Po
     let extent = 2.0 * if m1 > m2 { m1 } else { m2 };
     let n = geometric.abs();
     let length = (4.0 * U) * dot3(n, a.abs()) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
-    Point { position: a + (u * e1 + v * e2), geometric, normal: info.normal.into(), offset: length * geometric }
+    Point {
+        position: a + (u * e1 + v * e2),
+        geometric,
+        normal: info.normal.into(),
+        offset: length * geometric,
+    }
 }
 
 /// Interpolated normal, on the geometric side; `flat_normal` where the corners' cancel.
@@ -43,6 +48,20 @@ pub fn smooth_normal(c: &CornerNormals, flat_normal: Real3, geometric: Real3, u:
     if side < 0.0 { -n } else { n }
 }
 
+/// The point of a sphere in double length at distance t.
+pub fn wide_sphere_point(s: &WideSphere, o: Real3, d: Real3, t: Real) -> Point {
+    let at = o + t * d;
+    let (point, normal) = (Real3::from(s.point), Real3::from(s.normal));
+    let (position, geometric) = if s.radius > 1.0 {
+        (at, safe_normalize(normal + (at - point) / s.radius))
+    } else {
+        let geometric = safe_normalize(((o - point) + t * d) + s.radius * normal);
+        (point + s.radius * (geometric - normal), geometric)
+    };
+    let size = (max_component(o) + t * max_component(d)) + max_component(position);
+    Point { position, geometric, normal: geometric, offset: (16.0 * U) * size * geometric }
+}
+
 /// The point of a sphere at distance t.
 pub fn sphere_point(s: &Sphere, o: Real3, d: Real3, t: Real) -> Point {
     let center = Real3::from(s.center);
@@ -56,17 +75,21 @@ pub fn sphere_point(s: &Sphere, o: Real3, d: Real3, t: Real) -> Point {
 }
 
 fn nudge(x: Real, by: Real) -> Real {
-    if by == 0.0 {
-        return x;
+    let step = (2.0 * U) * x.abs();
+    if by > 0.0 {
+        x + step
+    } else if by < 0.0 {
+        x - step
+    } else {
+        x
     }
-    if x == 0.0 {
-        return if by > 0.0 { NORMAL_MIN } else { -NORMAL_MIN };
-    }
-    step(x, (x > 0.0) == (by > 0.0))
 }
 
-/// Origin of a ray that leaves the surface in `direction`.
-pub fn spawn_origin(position: Real3, offset: Real3, direction: Real3) -> Real3 {
+/// Origin of a ray that leaves the surface in unit `direction`; `fixed`: `shift` along it.
+pub fn spawn_origin(position: Real3, offset: Real3, direction: Real3, fixed: bool, shift: f32) -> Real3 {
+    if fixed {
+        return position + real(shift) * direction;
+    }
     let o = if dot3(direction, offset) < 0.0 { -offset } else { offset };
     let p = position + o;
     Real3::new(nudge(p.x, o.x), nudge(p.y, o.y), nudge(p.z, o.z))

@@ -1,12 +1,13 @@
 //! Twin of `glsl/lib/trace.glsl`.
 
-use super::r#box::{SLAB_GROW, enter_box, safe_reciprocal};
-use super::real::{FAR, Real, Real3, is_not_finite};
-use super::sphere::hit_sphere;
+use super::super::real::{Real, Real3, is_not_finite};
+use super::super::structs::{Hit, Node, Sphere, SphereInfo, Triangle, TriangleInfo, WideSphere};
+use super::r#box::{SLAB_GROW, box_interval, enter_box, safe_reciprocal, sphere_box, triangle_box};
+use super::sphere::{hit_sphere, hit_wide_sphere};
 use super::triangle::{Shear, hit_triangle, make_shear};
 use crate::abi::{
-    COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, Hit, LEAF_BIT, LEAF_FIRST_BITS, NONE, Node,
-    STACK_SIZE, Specialisation, Sphere, SphereInfo, Triangle, TriangleInfo,
+    COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE,
+    Specialisation,
 };
 
 /// The buffers that `trace.glsl` needs.
@@ -21,6 +22,8 @@ pub struct Shapes<'a> {
     /// Binding of this name.
     pub spheres: &'a [Sphere],
     /// Binding of this name.
+    pub wide_spheres: &'a [WideSphere],
+    /// Binding of this name.
     pub sphere_infos: &'a [SphereInfo],
     /// Binding of this name.
     pub nodes: &'a [Node],
@@ -31,13 +34,14 @@ pub struct Shapes<'a> {
 pub struct TraceRay {
     origin: Real3,
     direction: Real3,
+    inverse: Real3,
     shear: Shear,
     skip: u32,
 }
 
 /// Readies a ray that starts on primitive `skip`, or NONE.
 pub fn make_trace_ray(origin: Real3, direction: Real3, skip: u32) -> TraceRay {
-    TraceRay { origin, direction, shear: make_shear(direction), skip }
+    TraceRay { origin, direction, inverse: safe_reciprocal(direction), shear: make_shear(direction), skip }
 }
 
 impl Shapes<'_> {
@@ -52,17 +56,45 @@ impl Shapes<'_> {
 
     fn test_primitive(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
         let count = self.spec.triangle_count;
-        let mut h = Hit { t: FAR, u: 0.0, v: 0.0, primitive };
-        let hit;
+        let robust = self.spec.robust != 0;
+        let mut h = Hit { t: 0.0, u: 0.0, v: 0.0, primitive };
+        let (hit, lo, hi);
         if primitive < count {
+            let t = &self.triangles[primitive as usize];
             let found;
-            (found, h.t, h.u, h.v) = hit_triangle(&self.triangles[primitive as usize], r.origin, &r.shear);
+            (found, h.t, h.u, h.v) = hit_triangle(t, r.origin, &r.shear, robust);
             hit = found && primitive != r.skip;
+            (lo, hi) = triangle_box(t);
         } else {
-            let sphere = &self.spheres[(primitive - count) as usize];
-            (hit, h.t) = hit_sphere(sphere, r.origin, r.direction, primitive == r.skip);
+            let at = (primitive - count) as usize;
+            let mut s = self.spheres[at];
+            let own = primitive == r.skip;
+            if self.spec.wide_spheres_used != 0 && s.radius < 0.0 {
+                s.radius = -s.radius;
+                let w = &self.wide_spheres[self.sphere_infos[at].wide as usize];
+                (hit, h.t) = hit_wide_sphere(w, r.origin, r.direction, own);
+            } else {
+                (hit, h.t) = hit_sphere(&s, r.origin, r.direction, own);
+            }
+            (lo, hi) = sphere_box(&s);
         }
-        if !hit || h.t > best.t {
+        if !hit {
+            return;
+        }
+        if robust {
+            let (near, far) = box_interval(lo, hi, r.origin, r.inverse);
+            if near > far {
+                return;
+            }
+            h.t = if h.t < near {
+                near
+            } else if h.t > far {
+                far
+            } else {
+                h.t
+            };
+        }
+        if h.t > best.t {
             return;
         }
         if h.t < best.t
@@ -82,8 +114,6 @@ impl Shapes<'_> {
     }
 
     fn walk_bvh(&self, r: &TraceRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
-        let d = r.direction;
-        let inv = Real3::new(safe_reciprocal(d.x), safe_reciprocal(d.y), safe_reciprocal(d.z));
         let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize];
         let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
         loop {
@@ -104,8 +134,8 @@ impl Shapes<'_> {
                 }
             } else {
                 let n = &self.nodes[current as usize];
-                let t0 = enter_box(n.lo_0.into(), n.hi_0.into(), r.origin, inv, best.t);
-                let t1 = enter_box(n.lo_1.into(), n.hi_1.into(), r.origin, inv, best.t);
+                let t0 = enter_box(n.lo_0.into(), n.hi_0.into(), r.origin, r.inverse, best.t);
+                let t1 = enter_box(n.lo_1.into(), n.hi_1.into(), r.origin, r.inverse, best.t);
                 let (in0, in1) = (t0 >= 0.0, t1 >= 0.0);
                 if in0 || in1 {
                     let first0 = in0 && (!in1 || t0 <= t1);

@@ -1,7 +1,8 @@
 //! Twin of `glsl/lib/triangle.glsl`.
 
-use super::real::{Real, Real3, SPLIT};
-use crate::abi::Triangle;
+use super::super::real::{Real, Real3};
+use super::super::structs::Triangle;
+use super::numeric::product_error;
 
 /// The ray's part of the test.
 #[derive(Debug, Clone, Copy)]
@@ -34,13 +35,6 @@ pub fn make_shear(d: Real3) -> Shear {
     Shear { kz, sx: p.x / p.z, sy: p.y / p.z, sz: 1.0 / p.z }
 }
 
-fn product_error(a: Real, b: Real, p: Real) -> Real {
-    let (ca, cb) = (SPLIT * a, SPLIT * b);
-    let (ah, bh) = (ca - (ca - a), cb - (cb - b));
-    let (al, bl) = (a - ah, b - bh);
-    ((ah * bh - p) + ah * bl + al * bh) + al * bl
-}
-
 fn exact_edge(a: Real, b: Real, c: Real, d: Real, rounded: Real) -> Real {
     if rounded != 0.0 {
         return rounded;
@@ -49,7 +43,7 @@ fn exact_edge(a: Real, b: Real, c: Real, d: Real, rounded: Real) -> Real {
 }
 
 /// Whether the ray from `o` meets the triangle at 0 < t; t and the weights u of b and v of c.
-pub fn hit_triangle(tri: &Triangle, o: Real3, s: &Shear) -> (bool, Real, Real, Real) {
+pub fn hit_triangle(tri: &Triangle, o: Real3, s: &Shear, robust: bool) -> (bool, Real, Real, Real) {
     let a = permute(Real3::from(tri.a) - o, s.kz);
     let b = permute(Real3::from(tri.b) - o, s.kz);
     let c = permute(Real3::from(tri.c) - o, s.kz);
@@ -59,7 +53,7 @@ pub fn hit_triangle(tri: &Triangle, o: Real3, s: &Shear) -> (bool, Real, Real, R
     let mut ua = cx * by - cy * bx;
     let mut vb = ax * cy - ay * cx;
     let mut wc = bx * ay - by * ax;
-    if ua == 0.0 || vb == 0.0 || wc == 0.0 {
+    if robust && (ua == 0.0 || vb == 0.0 || wc == 0.0) {
         ua = exact_edge(cx, by, cy, bx, ua);
         vb = exact_edge(ax, cy, ay, cx, vb);
         wc = exact_edge(bx, ay, by, ax, wc);
