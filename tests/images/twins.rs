@@ -1,12 +1,14 @@
 //! Device against twin, hierarchy against brute force: the same bits.
 
-use crate::common::build::everything;
+use crate::common::build::{Add, everything, matte};
 use crate::common::{render, renderer, scenes, small};
+use glam::DVec3;
 use whitted::cpu::twin;
 use whitted::image::linear_sha256;
 use whitted::pack::pack;
 use whitted::plan::Plan;
 use whitted::report::Report;
+use whitted::scene::Scene;
 use whitted::settings::{Origin, Precision, Schedule, Settings};
 
 /// Every way the kernels compute.
@@ -32,7 +34,7 @@ fn the_device_gives_the_twins_image_and_counts() {
     let limits = renderer.device().limits();
     for ((name, scene), (precision, origin)) in scenes()
         .into_iter()
-        .chain([("everything".into(), everything())])
+        .chain([("everything".into(), everything()), ("planet".into(), planet())])
         .flat_map(|subject| ARITHMETIC.map(|how| (subject.clone(), how)))
     {
         let name = format!("{name}, {precision:?}, {origin:?}");
@@ -57,10 +59,21 @@ fn the_device_gives_the_twins_image_and_counts() {
     }
 }
 
+/// Everything above a planet, with a grain of dust before the eye: spheres beyond single precision.
+fn planet() -> Scene {
+    let mut s = everything();
+    let ground = s.materials.len();
+    s.materials.push(whitted::scene::Material { diffuse: DVec3::new(0.3, 0.6, 0.2), ..matte() });
+    s.sphere(DVec3::new(3.0, -6_371_002.0, 4.0), 6_371_000.0, ground);
+    s.sphere(s.camera.look_from + DVec3::new(0.0, -5e-6, 1e-4), 4e-6, ground);
+    s
+}
+
 #[test]
 fn the_hierarchy_changes_no_bit() {
     let mut renderer = renderer();
-    for (name, scene) in scenes() {
+    let others = [("everything".into(), everything()), ("planet".into(), planet())];
+    for (name, scene) in scenes().into_iter().chain(others) {
         let settings = small(&scene, 60, 2, 3);
         let hashes = [true, false].map(|brute| {
             renderer.force_brute_force(Some(brute));

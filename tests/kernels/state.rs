@@ -117,6 +117,7 @@ impl State {
         m.camera = vec![camera(&mut rng)];
         m.materials = (0..MATERIALS).map(|i| material(&mut rng, i)).collect();
         m.solid_iors = (0..=SOLIDS).map(|_| rng.pick(&[1.0, 1.5, 1.5, 2.4, 0.001, 1000.0])).collect();
+        m.solid_priorities = (0..=SOLIDS).map(|_| rng.pick(&[0, 0, 1, -3, i32::MAX])).collect();
         m.lights = (0..LIGHTS)
             .map(|_| Light { position: rng.vector(), intensity: [1.0, 0.5, 3e4], pad: 0 })
             .collect();

@@ -141,7 +141,7 @@ fn batch(
             memory.next_depth();
         }
     }
-    if settings.depth % 2 == 0 {
+    if settings.depth.is_multiple_of(2) {
         // The next batch starts with the buffers under their own names again, as on the device.
         memory.next_depth();
     }

@@ -3,7 +3,8 @@
 //! rounds as IEEE 754 says, twin and kernel agree to the bit.
 //!
 //! Like the kernels, the files are compiled once with `real` = f32 and once with `real` = f64.
-#![allow(clippy::duplicate_mod)]
+// `!(x > 0.0)` says what happens to NaN, and the constants are exact powers of two, as in the kernels.
+#![allow(clippy::duplicate_mod, clippy::neg_cmp_op_on_partial_ord, clippy::excessive_precision)]
 
 pub mod double;
 pub mod single;
