@@ -95,6 +95,7 @@ impl Plan {
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
+                defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
             tile_pixels: 0,

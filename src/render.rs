@@ -127,6 +127,10 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
+    pub(crate) fn brute_force(&self) -> Option<bool> {
+        self.brute_force
+    }
+
     /// Plants a missing barrier, for a test of the validation.
     pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
         self.omitted_barrier = kernel;
@@ -140,13 +144,8 @@ impl Renderer {
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let start = Instant::now();
-        if settings.precision == Precision::Double && !self.device.has_double() {
-            return Err(RenderError::NoDevice(format!(
-                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
-                self.device.info().name
-            )));
-        }
-        let packed = pack(scene, settings.precision, self.brute_force);
+        self.check_precision(settings)?;
+        let packed = pack(scene, settings, self.brute_force);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let built = start.elapsed();
 
@@ -176,7 +175,17 @@ impl Renderer {
         Ok(Rendered { width: x1 - x0, height: y1 - y0, linear, done, report })
     }
 
-    fn pipelines(
+    pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
+        if settings.precision == Precision::Double && !self.device.has_double() {
+            return Err(RenderError::NoDevice(format!(
+                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
+                self.device.info().name
+            )));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn pipelines(
         &mut self,
         s: &Specialisation,
         precision: Precision,
@@ -362,10 +371,10 @@ fn row_group(depth: u32, place: usize) -> u32 {
 }
 
 /// One render in progress: buffers, recorder, and the state of the plan as it meets the scene.
-struct Frame<'a> {
-    pipelines: Rc<Pipelines>,
-    buffers: Buffers,
-    recorder: Recorder,
+pub(crate) struct Frame<'a> {
+    pub(crate) pipelines: Rc<Pipelines>,
+    pub(crate) buffers: Buffers,
+    pub(crate) recorder: Recorder,
     settings: &'a Settings,
     plan: &'a Plan,
     lights: u32,
@@ -376,7 +385,7 @@ struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    fn new(
+    pub(crate) fn new(
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
         packed: &Packed,

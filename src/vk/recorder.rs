@@ -356,6 +356,31 @@ impl Recorder {
             .collect())
     }
 
+    /// All bytes of a buffer, through staging, waiting.
+    pub fn read(&mut self, buffers: &mut Buffers, buffer: Buf) -> Result<Vec<u8>, VkError> {
+        let total = buffers.bytes(buffer);
+        let piece = buffers.staging_bytes().len().max(1) as u64;
+        let mut all = Vec::with_capacity(total as usize);
+        while (all.len() as u64) < total {
+            let (begin, size) = (all.len() as u64, piece.min(total - all.len() as u64));
+            self.begin()?;
+            let region = [vk::BufferCopy { src_offset: begin, dst_offset: 0, size }];
+            // SAFETY: recording; the region lies within both buffers.
+            unsafe {
+                self.device.raw.cmd_copy_buffer(
+                    self.commands,
+                    buffers.handle(buffer),
+                    buffers.staging(),
+                    &region,
+                );
+            }
+            self.barrier();
+            self.submit(buffers)?;
+            all.extend_from_slice(&buffers.staging_bytes()[..size as usize]);
+        }
+        Ok(all)
+    }
+
     /// Copies host bytes to the start of a buffer, through staging, waiting.
     pub fn upload(&mut self, buffers: &mut Buffers, buffer: Buf, bytes: &[u8]) -> Result<(), VkError> {
         let piece = buffers.staging_bytes().len().max(1);
