@@ -441,6 +441,8 @@ constants! {
     COUNTER_MEDIA_OVERFLOW = 4;
     /// Index into `counters`: a queue was too small; the submit's tile is void and is traced again in smaller batches.
     COUNTER_QUEUE_OVERFLOW = 5;
+    /// Numbers per item of `self_test`.
+    SELF_TEST_ROW = 11;
     /// Length of `counters`.
     COUNTERS = 6;
     /// `defect`: Nothing is planted.
@@ -503,6 +505,9 @@ macro_rules! specialisation {
         impl Specialisation {
             /// Values in id order.
             pub fn values(&self) -> Vec<u32> { vec![$(self.$name,)*] }
+        }
+        impl Default for Specialisation {
+            fn default() -> Self { Specialisation { $($name: $default,)* } }
         }
         /// Names and defaults in id order.
         pub const SPECIALISATION: &[(&str, u32)] = &[$((stringify!($name), $default),)*];
@@ -606,4 +611,6 @@ buffers! {
     depth_counts / DepthCounts: "DepthCount";
     /// Counters.
     counters / Counters: "uint";
+    /// Operands and results of `selftest`; outside the frame.
+    self_test / SelfTest: "real";
 }

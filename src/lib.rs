@@ -25,6 +25,7 @@ pub mod plan;
 pub mod passes;
 pub mod vk;
 pub mod render;
+pub mod selftest;
 pub mod probe;
 pub mod report;
 pub mod sampler;

@@ -169,6 +169,7 @@ impl Plan {
                     Buf::Film => tile,
                     Buf::DepthCounts => u64::from(settings.depth) + 1,
                     Buf::Counters => u64::from(abi::COUNTERS),
+                    Buf::SelfTest => 1,
                 };
                 // Vulkan knows no empty buffer.
                 count.max(1) * element_bytes(element, settings.precision)
@@ -207,6 +208,7 @@ pub fn element_bytes(element: &str, precision: Precision) -> u64 {
     match (element, structs.iter().find(of_struct)) {
         (_, Some(s)) => s.size as u64,
         ("vec3", None) => 12,
+        ("real", None) if precision == Precision::Double => 8,
         _ => 4,
     }
 }
