@@ -36,7 +36,7 @@ vec3 direct_light(Surface s, inout uint shadow_rays) {
         if (!(along > 0.0) || !(dot3(to_light, s.offset) > 0.0)) continue;
         shadow_rays++;
         real squared = dot3(to_light, to_light);
-        if (squared < least) {
+        if (squared < least && defect != DEFECT_LIGHT_CONTACT) {
             atomicAdd(counters[COUNTER_CLAMPED_LIGHTS], 1u);
             squared = least;
         }

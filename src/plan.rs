@@ -95,6 +95,7 @@ impl Plan {
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
+                defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
             tile_pixels: 0,
@@ -171,6 +172,7 @@ impl Plan {
                     Buf::Film => tile,
                     Buf::DepthCounts => u64::from(settings.depth) + 1,
                     Buf::Counters => u64::from(abi::COUNTERS),
+                    Buf::SelfTest => 1,
                 };
                 // Vulkan knows no empty buffer.
                 count.max(1) * element_bytes(element, settings.precision)
@@ -209,6 +211,7 @@ pub fn element_bytes(element: &str, precision: Precision) -> u64 {
     match (element, structs.iter().find(of_struct)) {
         (_, Some(s)) => s.size as u64,
         ("vec3", None) => 12,
+        ("real", None) if precision == Precision::Double => 8,
         _ => 4,
     }
 }

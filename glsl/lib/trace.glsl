@@ -36,9 +36,10 @@ void test_primitive(uint primitive, TraceRay r, inout Hit best) {
     h.primitive = primitive;
     bool hit;
     real3 lo, hi;
+    uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     if (primitive < triangle_count) {
         Triangle t = triangles[primitive];
-        hit = hit_triangle(t, r.origin, r.shear, h.t, h.u, h.v) && primitive != r.skip;
+        hit = hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v) && primitive != skip;
         if (!hit) return;
         triangle_box(t, lo, hi);
     } else {
@@ -46,14 +47,14 @@ void test_primitive(uint primitive, TraceRay r, inout Hit best) {
         if (wide_spheres_used != 0u && s.radius < 0.0) {
             s.radius = -s.radius;
             WideSphere w = wide_spheres[sphere_infos[primitive - triangle_count].wide];
-            hit = hit_wide_sphere(w, r.origin, r.direction, primitive == r.skip, h.t);
+            hit = hit_wide_sphere(w, r.origin, r.direction, primitive == skip, h.t);
         } else {
-            hit = hit_sphere(s, r.origin, r.direction, primitive == r.skip, h.t);
+            hit = hit_sphere(s, r.origin, r.direction, primitive == skip, h.t);
         }
         if (!hit) return;
         sphere_box(s, lo, hi);
     }
-    if (robust != 0u) {
+    if (robust != 0u && defect != DEFECT_UNCONFINED) {
         real near, far;
         box_interval(lo, hi, r.origin, r.inverse, near, far);
         if (near > far) return;
@@ -61,7 +62,7 @@ void test_primitive(uint primitive, TraceRay r, inout Hit best) {
     }
     if (h.t > best.t) return;
     // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
-    if (h.t < best.t || (best.primitive != NONE && primitive_id(primitive) < primitive_id(best.primitive))) {
+    if (h.t < best.t || (best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && primitive_id(primitive) < primitive_id(best.primitive))) {
         best = h;
     }
 }
@@ -100,7 +101,7 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
                 bool first0 = in0 && (!in1 || t0 <= t1);
                 current = first0 ? n.child_0 : n.child_1;
                 if (in0 && in1) {
-                    if (top == STACK_SIZE) {
+                    if (top == (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE)) {
                         atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
                     } else {
                         stack[top] = first0 ? n.child_1 : n.child_0;
@@ -126,7 +127,7 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
     Hit best = Hit(limit, 0.0, 0.0, NONE);
-    if (is_not_finite(r.origin) || is_not_finite(r.direction)) {
+    if (defect != DEFECT_NAN_ACCEPTED && (is_not_finite(r.origin) || is_not_finite(r.direction))) {
         atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
         return best;
     }
