@@ -1,6 +1,6 @@
 //! Each kernel alone, on random and spiteful buffers, against its twin: ids, counts, flags and order
-//! exact, floats to the bit. The bit is the right bound here: no kernel uses an operation other than
-//! + - * / and sqrt, which the software device rounds correctly, none is contracted, and sums have a
+//! exact, floats to the bit. The bit is the right bound here: no kernel uses an operation other than the
+//! four of arithmetic and the square root, which the software device rounds correctly, none is contracted, and sums have a
 //! fixed order. Buffers start full of NaN.
 
 // A panic is a test's failure report, in its helpers too.
@@ -14,7 +14,10 @@ mod state;
 use common::{Bench, Rng, assert_same, device, differences, queue_of, spoil};
 use state::{State, variants};
 use std::rc::Rc;
-use whitted::abi::{BUFFERS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, NONE, Push};
+use whitted::abi::{
+    BUFFERS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, DEFECT_MOELLER_TRUMBORE, DEFECT_NAIVE_QUADRATIC,
+    DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE, Film, NONE, Push, Specialisation,
+};
 use whitted::cpu::twin::single::Memory;
 use whitted::kernels::Kernel;
 use whitted::vk::Device;
@@ -200,6 +203,7 @@ fn one_flipped_bit_anywhere_is_seen() {
     memory.run(Kernel::Shade, &state.spec, &state.push());
     memory.depth_counts.iter_mut().for_each(|d| d.shadow = 3);
     memory.film.iter_mut().for_each(|f| f.sum = [1.0; 3]);
+    memory.self_test.fill(1.0);
     memory.contributions.iter_mut().chain(&mut memory.slots).for_each(|s| *s = [1.0; 3]);
     assert!(differences(&memory, &memory.clone()).is_empty());
     for (name, _, buffer) in BUFFERS {
@@ -222,4 +226,29 @@ fn a_kernel_that_is_wrong_by_one_operation_is_seen() {
     wrong.run(Kernel::Shade, &state.spec, &state.push());
     wrong.rays = honest.rays.clone();
     assert!(!differences(&honest, &wrong).is_empty());
+}
+
+#[test]
+fn a_kernel_with_a_planted_defect_differs_from_its_twin() {
+    let device = device();
+    let state = State::new(variants()[0].1, 3);
+    for (kernel, defect) in [
+        (Kernel::Intersect, DEFECT_MOELLER_TRUMBORE),
+        (Kernel::Intersect, DEFECT_NAIVE_QUADRATIC),
+        (Kernel::Shade, DEFECT_SCHLICK_INSIDE),
+        (Kernel::Resolve, DEFECT_NAIVE_SUM),
+    ] {
+        let mut memory = state.hit();
+        memory.film.iter_mut().for_each(|f| *f = Film { sum: [1e6; 3], compensation: [0.0; 3] });
+        let push = Push { tile_pixels: 101, batch_samples: 5, ..state.push() };
+        let mut bench = Bench::new(&device, &Specialisation { defect, ..state.spec }, &memory);
+        bench.upload(&memory);
+        bench.run(kernel, &push, push.items);
+        let mut twin = memory.clone();
+        twin.run(kernel, &state.spec, &push);
+        assert!(
+            !differences(&twin, &bench.download(&memory)).is_empty(),
+            "defect {defect} of {kernel:?} passes"
+        );
+    }
 }

@@ -75,7 +75,7 @@ impl Rng {
 
     /// Below `n`.
     pub fn below(&mut self, n: u32) -> u32 {
-        (u64::from(self.word()) * u64::from(n) >> 32) as u32
+        ((u64::from(self.word()) * u64::from(n)) >> 32) as u32
     }
 
     /// In [-1, 1).
@@ -116,7 +116,7 @@ impl Bench {
                 (memory.bytes(*b).len() as u64).max(element_bytes(element, Precision::Robust))
             })
             .collect();
-        let pipelines = Pipelines::new(device, spec, false).unwrap();
+        let pipelines = Pipelines::new(device, passes::all().map(|p| p.kernel), spec, false).unwrap();
         let buffers = Buffers::new(device, &bytes, 0).unwrap();
         let recorder = Recorder::new(device, &pipelines, &buffers, spec.workgroup).unwrap();
         Bench { pipelines, buffers, recorder }
@@ -158,7 +158,7 @@ fn words_of(element: &str) -> Vec<(String, bool)> {
     let Some(found) = STRUCTS.iter().find(|s| s.name == element) else {
         let (count, float) = match element {
             "vec3" => (3, true),
-            "float" => (1, true),
+            "float" | "real" => (1, true),
             _ => (1, false),
         };
         return vec![(String::new(), float); count];
@@ -224,7 +224,7 @@ pub fn assert_same(what: &str, twin: &Memory, device: &Memory) {
 /// The primitive that each sample's primary ray hits, in the scene's numbering, as kernels see it; a
 /// pixel's samples lie side by side.
 pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Vec<Option<u32>> {
-    let packed = pack(scene, settings.precision, None);
+    let packed = pack(scene, settings, None);
     let plan = Plan::new(&packed, settings, &device.limits()).unwrap();
     let pixels = settings.width * settings.height;
     assert!(plan.tile_pixels == pixels && plan.batch_samples == settings.samples, "one batch, or no map");

@@ -103,6 +103,7 @@ impl State {
             origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
             loop_cap: 7500,
+            ..Specialisation::default()
         };
         let length = |buffer| match buffer {
             Buf::Media | Buf::NextMedia => (2 * RAYS * v.media) as usize,

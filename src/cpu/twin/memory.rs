@@ -1,5 +1,6 @@
 //! The buffers of a plan in host memory, and the pass that runs on them.
 
+use super::real::Real;
 use super::structs::{
     Camera, CornerNormals, DepthCount, Film, Hit, Light, Material, Node, Push, Queue, Ray, Sphere,
     SphereInfo, Surface, Triangle, TriangleInfo, WideSphere,
@@ -60,6 +61,7 @@ memory! {
     film / Film: Film;
     depth_counts / DepthCounts: DepthCount;
     counters / Counters: u32;
+    self_test / SelfTest: Real;
 }
 
 impl Memory {
@@ -183,6 +185,8 @@ impl Memory {
             Kernel::Gather => {
                 gather::gather(&m.rays, &m.queue, &m.contributions, &mut m.slots, &mut m.counters);
             }
+            // No part of a frame: `crate::selftest` judges what it writes.
+            Kernel::Selftest => {}
             Kernel::Resolve => resolve::resolve(push, &m.slots, &mut m.film),
         }
     }

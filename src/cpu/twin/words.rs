@@ -46,6 +46,7 @@ impl Memory {
             Buf::Film => cast_slice(&self.film),
             Buf::DepthCounts => cast_slice(&self.depth_counts),
             Buf::Counters => cast_slice(&self.counters),
+            Buf::SelfTest => cast_slice(&self.self_test),
         }
     }
 
@@ -80,6 +81,7 @@ impl Memory {
             Buf::Film => cast_slice_mut(&mut self.film),
             Buf::DepthCounts => cast_slice_mut(&mut self.depth_counts),
             Buf::Counters => cast_slice_mut(&mut self.counters),
+            Buf::SelfTest => cast_slice_mut(&mut self.self_test),
         }
     }
 }
