@@ -129,6 +129,12 @@ impl State {
         m.rays[..RAYS as usize].iter_mut().enumerate().for_each(|(i, r)| r.slot = i as u32);
         let rays: Vec<Ray> = (0..RAYS).map(|i| ray(&m, &mut rng, i)).collect();
         m.rays[..RAYS as usize].copy_from_slice(&rays);
+        // The last ray is the one that a group's spare invocations might do again.
+        let last = &mut m.rays[RAYS as usize - 1];
+        match seed % 2 {
+            0 => last.origin[0] = f32::NAN,
+            _ => *last = Ray { slot: last.slot, ..rays[1] },
+        }
         m.queue = vec![queue_of(RAYS, v.workgroup)];
         m.words_mut(Buf::DepthCounts).fill(0);
         m.words_mut(Buf::Counters).fill(0);
@@ -186,7 +192,8 @@ impl State {
     pub fn place_lights(&self, m: &mut Memory, rng: &mut Rng) {
         let struck: Vec<Surface> =
             m.surfaces[..RAYS as usize].iter().copied().filter(|s| s.primitive != NONE).collect();
-        let (on, near) = (rng.pick(&struck), rng.pick(&struck));
+        // The last one is also what spare invocations might do again.
+        let (on, near) = (rng.pick(&struck), struck[struck.len() - 1]);
         let half = Vec3::from(near.position) + 0.5 * Vec3::from(near.offset);
         m.lights[0].position = on.position;
         m.lights[1].position = half.into();

@@ -12,39 +12,34 @@ use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, Specialisation};
 
 fn direct_light(
     shapes: &Shapes<'_>,
-    lights: &[Light],
+    light: &Light,
     s: &Surface,
     shift: f32,
     shadow_rays: &mut u32,
     counters: &mut [u32],
 ) -> Vec3 {
-    let mut sum = Vec3::ZERO;
     let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
     let fixed = shapes.spec.origin_fixed != 0;
-    let least = dot3(offset, offset);
-    for light in lights {
-        let target = Real3::from(light.position);
-        let to_light = target - position;
-        let along = dot3(to_light, normal);
-        // Not `<=`: NaN faces no light.
-        if !(along > 0.0) || !(dot3(to_light, offset) > 0.0) {
-            continue;
-        }
-        *shadow_rays += 1;
-        let mut squared = dot3(to_light, to_light);
-        if squared < least {
-            counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
-            squared = least;
-        }
-        let toward = if fixed { to_light / squared.sqrt() } else { offset };
-        let origin = spawn_origin(position, offset, toward, fixed, shift);
-        let skip = if fixed { NONE } else { s.primitive };
-        let r = make_trace_ray(origin, target - origin, skip);
-        if shapes.closest_hit(&r, 1.0, true, counters).primitive == NONE {
-            sum += Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared);
-        }
+    let target = Real3::from(light.position);
+    let to_light = target - position;
+    let along = dot3(to_light, normal);
+    if !(along > 0.0 && dot3(to_light, offset) > 0.0) {
+        return Vec3::ZERO;
     }
-    sum
+    *shadow_rays += 1;
+    let mut squared = dot3(to_light, to_light);
+    let least_squared = dot3(offset, offset);
+    if squared < least_squared {
+        counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
+        squared = least_squared;
+    }
+    let away = if fixed { to_light / squared.sqrt() } else { offset };
+    let origin = spawn_origin(position, offset, away, fixed, shift);
+    let r = make_trace_ray(origin, target - origin, if fixed { NONE } else { s.primitive });
+    if shapes.closest_hit(&r, 1.0, true, counters).primitive != NONE {
+        return Vec3::ZERO;
+    }
+    Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared)
 }
 
 /// Own colour of every struck surface.
@@ -70,34 +65,28 @@ pub fn shadow(
 ) {
     let shapes = Shapes { spec, triangles, triangle_infos, spheres, wide_spheres, sphere_infos, nodes };
     let lights = &lights[push.light_begin as usize..push.light_end as usize];
-    let first = push.light_begin == 0;
+    let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     for i in 0..queue[0].count as usize {
-        let mut last = push.light_end == spec.light_count;
         let s = &surfaces[i];
-        let color;
-        if s.primitive == NONE {
-            if !first {
-                continue;
+        let hit = s.primitive != NONE;
+        let m = &materials[if hit { s.material as usize } else { 0 }];
+        let diffuse = Vec3::from(m.diffuse);
+        let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
+        let mut light = if first { Vec3::splat(m.ambient) } else { contributions[i].into() };
+        if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
+            let mut shadow_rays = 0;
+            for source in lights {
+                light += direct_light(&shapes, source, s, camera[0].origin_shift, &mut shadow_rays, counters);
             }
-            let c = &camera[0];
-            color = Vec3::new(c.background_r, c.background_g, c.background_b);
-            last = true;
-        } else {
-            let m = &materials[s.material as usize];
-            let diffuse = Vec3::from(m.diffuse);
-            let mut light = if first { Vec3::splat(m.ambient) } else { contributions[i].into() };
-            let own = if s.flags & PASSES != 0 { 0.0 } else { 1.0 - m.secondary };
-            if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
-                let mut shadow_rays = 0;
-                light += direct_light(&shapes, lights, s, camera[0].origin_shift, &mut shadow_rays, counters);
-                depth_counts[push.depth as usize - 1].shadow += shadow_rays;
-            }
-            color = if last { own * (diffuse * light) } else { light };
+            depth_counts[push.depth as usize - 1].shadow += shadow_rays;
         }
         if !last {
-            contributions[i] = color.into();
+            contributions[i] = light.into();
             continue;
         }
+        let c = &camera[0];
+        let background = Vec3::new(c.background_r, c.background_g, c.background_b);
+        let color = if hit { own * (diffuse * light) } else { background };
         let weighted = Vec3::from(rays[i].throughput) * color;
         if spec.branching != 0 {
             contributions[i] = weighted.into();

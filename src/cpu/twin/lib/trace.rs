@@ -54,34 +54,8 @@ impl Shapes<'_> {
         }
     }
 
-    fn test_primitive(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
-        let count = self.spec.triangle_count;
-        let robust = self.spec.robust != 0;
-        let mut h = Hit { t: 0.0, u: 0.0, v: 0.0, primitive };
-        let (hit, lo, hi);
-        if primitive < count {
-            let t = &self.triangles[primitive as usize];
-            let found;
-            (found, h.t, h.u, h.v) = hit_triangle(t, r.origin, &r.shear, robust);
-            hit = found && primitive != r.skip;
-            (lo, hi) = triangle_box(t);
-        } else {
-            let at = (primitive - count) as usize;
-            let mut s = self.spheres[at];
-            let own = primitive == r.skip;
-            if self.spec.wide_spheres_used != 0 && s.radius < 0.0 {
-                s.radius = -s.radius;
-                let w = &self.wide_spheres[self.sphere_infos[at].wide as usize];
-                (hit, h.t) = hit_wide_sphere(w, r.origin, r.direction, own);
-            } else {
-                (hit, h.t) = hit_sphere(&s, r.origin, r.direction, own);
-            }
-            (lo, hi) = sphere_box(&s);
-        }
-        if !hit {
-            return;
-        }
-        if robust {
+    fn take_hit(&self, mut h: Hit, (lo, hi): (Real3, Real3), r: &TraceRay, best: &mut Hit) {
+        if self.spec.robust != 0 {
             let (near, far) = box_interval(lo, hi, r.origin, r.inverse);
             if near > far {
                 return;
@@ -98,18 +72,43 @@ impl Shapes<'_> {
             return;
         }
         if h.t < best.t
-            || (best.primitive != NONE && self.primitive_id(primitive) < self.primitive_id(best.primitive))
+            || (best.primitive != NONE && self.primitive_id(h.primitive) < self.primitive_id(best.primitive))
         {
             *best = h;
         }
     }
 
-    fn walk_brute(&self, r: &TraceRay, any: bool, best: &mut Hit) {
-        for i in 0..self.spec.triangle_count + self.spec.sphere_count {
-            self.test_primitive(i, r, best);
-            if any && best.primitive != NONE {
-                return;
-            }
+    fn test_triangle(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+        let triangle = &self.triangles[primitive as usize];
+        let (hit, t, u, v) = hit_triangle(triangle, r.origin, &r.shear, self.spec.robust != 0);
+        if hit && primitive != r.skip {
+            self.take_hit(Hit { t, u, v, primitive }, triangle_box(triangle), r, best);
+        }
+    }
+
+    fn test_sphere(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+        let at = (primitive - self.spec.triangle_count) as usize;
+        let mut s = self.spheres[at];
+        let own = primitive == r.skip;
+        let (hit, t) = if self.spec.wide_spheres_used != 0 && s.radius < 0.0 {
+            s.radius = -s.radius;
+            let w = &self.wide_spheres[self.sphere_infos[at].wide as usize];
+            hit_wide_sphere(w, r.origin, r.direction, own)
+        } else {
+            hit_sphere(&s, r.origin, r.direction, own)
+        };
+        if hit {
+            self.take_hit(Hit { t, u: 0.0, v: 0.0, primitive }, sphere_box(&s), r, best);
+        }
+    }
+
+    fn walk_brute(&self, r: &TraceRay, best: &mut Hit) {
+        let count = self.spec.triangle_count;
+        for i in 0..count {
+            self.test_triangle(i, r, best);
+        }
+        for i in 0..self.spec.sphere_count {
+            self.test_sphere(count + i, r, best);
         }
     }
 
@@ -127,7 +126,12 @@ impl Shapes<'_> {
                 let count = ((current & !LEAF_BIT) >> LEAF_FIRST_BITS) + 1;
                 for i in 0..count {
                     steps += 1;
-                    self.test_primitive(first + i, r, best);
+                    let primitive = first + i;
+                    if primitive < self.spec.triangle_count {
+                        self.test_triangle(primitive, r, best);
+                    } else {
+                        self.test_sphere(primitive, r, best);
+                    }
                 }
                 if any && best.primitive != NONE {
                     return;
@@ -166,15 +170,15 @@ impl Shapes<'_> {
 
     /// Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
     pub fn closest_hit(&self, r: &TraceRay, limit: Real, any: bool, counters: &mut [u32]) -> Hit {
-        let mut best = Hit { t: limit, u: 0.0, v: 0.0, primitive: NONE };
-        if is_not_finite(r.origin) || is_not_finite(r.direction) {
+        let finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
+        if !finite {
             counters[COUNTER_NAN_RAYS as usize] += 1;
-            return best;
         }
+        let mut best = Hit { t: if finite { limit } else { 0.0 }, u: 0.0, v: 0.0, primitive: NONE };
         if self.spec.use_bvh != 0 {
             self.walk_bvh(r, any, &mut best, counters);
         } else {
-            self.walk_brute(r, any, &mut best);
+            self.walk_brute(r, &mut best);
         }
         best
     }
