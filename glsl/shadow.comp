@@ -53,7 +53,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
 void main() {
     uint item = item_index();
     bool mine = item < queue[0].count;
-    // The last group's spare invocations do its last ray again, and write nothing.
+    // The last group's spare invocations take its last ray, face no light, and write and count nothing.
     uint i = min(item, queue[0].count - 1u);
     bool first = push.light_begin == 0u, last = push.light_end == light_count;
     Surface s = surfaces[i];
@@ -61,7 +61,7 @@ void main() {
     Material m = materials[hit ? s.material : 0u];
     // Where another solid hides the surface, it has no colour of its own.
     float own = hit && (s.flags & PASSES) == 0u ? 1.0 - m.secondary : 0.0;
-    bool lit_at_all = own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
+    bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
     vec3 light = first ? vec3(m.ambient) : contributions[i];
     uint shadow_rays = 0u;
     if (use_bvh != 0u) {

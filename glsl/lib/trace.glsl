@@ -145,7 +145,7 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
     bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
-    if (!finite) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
+    if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Hit best = Hit(finite || defect == DEFECT_NAN_ACCEPTED ? limit : real(0.0), 0.0, 0.0, NONE);
     if (use_bvh != 0u) {
