@@ -30,7 +30,9 @@ Examples:
 
 Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
 appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
-exits with 130; a second Ctrl-C ends at once and saves nothing.
+exits with 130; a second Ctrl-C ends at once and saves nothing. The tiles finished by then are kept \
+beside the image in OUT.partial: the same command with --resume goes on from there, and the image \
+is the same, bit for bit, as if it had not been interrupted.
 
 ",
     exit_codes!()
@@ -113,6 +115,10 @@ pub struct RenderArgs {
     /// Write times, rays and settings as JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
+
+    /// Go on with an interrupted render from OUT.partial, if that is there; else begin
+    #[arg(long)]
+    pub resume: bool,
 
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long)]

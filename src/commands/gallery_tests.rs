@@ -17,7 +17,7 @@ fn drawn(settings: &Settings, done: f64) -> Rendered {
     report.rays.primary = 12_345;
     report.time.render = 0.25;
     let linear = vec![[depth as f32 / 4.0; 3]; width as usize * height as usize];
-    Rendered { width, height, linear, done, report }
+    Rendered { width, height, linear, done, report, unfinished: None }
 }
 
 fn subject(name: &str) -> Subject {
