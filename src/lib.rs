@@ -30,6 +30,7 @@ pub mod cpu;
 pub mod measure;
 pub mod image;
 pub mod atomic_file;
+pub mod units;
 pub mod table;
 pub mod progress;
 pub mod gallery;

@@ -42,6 +42,7 @@ const GALLERY_HELP: &str = "\
 Pictures:
   samples_01, _02, _04, _10   1 to 10 samples per pixel, at the scene's depth
   depth_1 to depth_4          1 to 4 rays in the longest path, at up to 4 samples per pixel
+  depth_STEM_1 to _4          the same of the sibling
   final_STEM                  the scene at its own settings; also its sibling, if there is one:
                               STEM_glass.toml beside STEM.toml, or the other way round
   contact_sheet.png           all of them, with samples, depth, time and rays
