@@ -5,7 +5,7 @@ mod values;
 pub use values::{Crop, Output, Size};
 
 use crate::generate::Shape;
-use crate::settings::DeviceChoice;
+use crate::settings::{DeviceChoice, Origin, Precision};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -73,6 +73,8 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Render the comparison of sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
+    /// Run the numerical extremes on a device, each against its derived bound
+    Stress(StressArgs),
     /// Write a shape as an OBJ file or as scene text
     #[command(subcommand)]
     Generate(Shape),
@@ -105,6 +107,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
 
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    pub precision: Precision,
+
+    /// Where secondary rays start: `bound` (off the surface by an error bound) or `fixed:X` (X metres along the ray, for measuring)
+    #[arg(long, value_name = "WHICH", value_parser = values::origin, default_value = "bound")]
+    pub origin: Origin,
+
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size
     #[arg(long, value_name = "x0,y0,x1,y1")]
     pub crop: Option<Crop>,
@@ -132,6 +142,38 @@ pub struct RenderArgs {
     /// How the work is cut.
     #[command(flatten)]
     pub schedule: ScheduleArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+/// `whitted stress`.
+#[derive(Debug, Args)]
+pub struct StressArgs {
+    /// Run only these cases
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+
+    /// List the cases
+    #[arg(long)]
+    pub list: bool,
+
+    /// Arithmetic: `fast`, `robust` or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    pub precision: Precision,
+
+    /// Write figures, bounds and verdicts as JSON
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+
+    /// Run under the Vulkan validation layer; any message is a failure
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 
     /// How much to say.
     #[command(flatten)]

@@ -1,12 +1,12 @@
 //! `whitted devices`.
 
+use super::console::print;
 use super::failure::Failure;
 use crate::cli::DevicesArgs;
 use crate::render::RenderError;
 use crate::units::{bytes, grouped, number};
 use crate::vk::{self, DeviceSummary};
 use anyhow::Context;
-use std::io::{self, Write};
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
@@ -16,11 +16,7 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
     } else {
         listing(&devices)
     };
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        // The reader has seen enough (`whitted devices | head -1`).
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other.context("cannot write to standard output")?),
-    }
+    print(&text)
 }
 
 fn listing(devices: &[DeviceSummary]) -> String {
@@ -46,7 +42,10 @@ fn block(d: &DeviceSummary) -> String {
             )
         }
     };
-    let doubles = if d.float64 { "yes" } else { "no" };
+    let doubles = match d.float64 {
+        true => "yes: --precision f64 can be had",
+        false => "no: --precision f64 is refused; robust, the default, does without",
+    };
     let rows = [
         ("usable", usable),
         ("type", d.kind.clone()),
@@ -64,7 +63,7 @@ fn block(d: &DeviceSummary) -> String {
             ),
         ),
         ("timing", timing),
-        ("fp64", format!("{doubles}; not needed: kernels compute in single precision")),
+        ("fp64", doubles.into()),
     ];
     rows.iter().fold(format!("device {}: {}\n", d.index, d.name), |text, (name, line)| {
         text + &format!("  {name:<8} {line}\n")
@@ -92,7 +91,7 @@ mod tests {
             storage_buffers: 16,
             timestamp_bits: 64 * (1 - index as u32 % 2),
             timestamp_period: 1.0,
-            float64: true,
+            float64: index != 1,
             unusable: unusable.map(Into::into),
         }
     }
@@ -109,7 +108,12 @@ mod tests {
                 "1.50 GiB; 128 MiB in one buffer",
                 "each pass is timed",
             ],
-            ["device 1: llvmpipe", "no: it has no Vulkan 1.2", "00112233", "shared out evenly"],
+            [
+                "device 1: llvmpipe",
+                "no: it has no Vulkan 1.2",
+                "--precision f64 is refused",
+                "shared out evenly",
+            ],
             ["device 2: llvmpipe", "yes, with --device 2", "1,024 invocations", "64 bits, 1 ns a tick"],
         ]) {
             for part in parts {

@@ -3,12 +3,15 @@
 use super::tally::Tally;
 use super::tile::{self, Tile};
 use super::{Observer, RenderError};
-use crate::abi::{self, Buf, Camera, DepthCount, Film, Push, Queue};
+use crate::abi::{self, Buf, DepthCount, Film, Push, Queue};
 use crate::pack::Packed;
 use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
 use crate::plan::Plan;
-use crate::settings::Settings;
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
+use bytemuck::Pod;
+use std::borrow::Cow;
 use std::rc::Rc;
 
 /// Device time of one submit to aim at: well under the two seconds after which some systems take a
@@ -34,28 +37,44 @@ impl Drawn {
     }
 }
 
-/// Everything that goes to the device once, in the kernels' layout.
-pub(super) fn uploads<'a>(packed: &'a Packed, camera: &'a [Camera; 1]) -> [(Buf, &'a [u8]); 11] {
+/// Everything that goes to the device once, as the kernels of this precision want it.
+pub(super) fn uploads<'a>(
+    packed: &'a Packed,
+    camera: &'a [abi::double::Camera; 1],
+    precision: Precision,
+) -> [(Buf, Cow<'a, [u8]>); 13] {
+    let double = precision == Precision::Double;
     [
-        (Buf::Camera, bytemuck::cast_slice(camera)),
-        (Buf::Triangles, bytemuck::cast_slice(&packed.triangles)),
-        (Buf::TriangleInfos, bytemuck::cast_slice(&packed.triangle_infos)),
-        (Buf::CornerNormals, bytemuck::cast_slice(&packed.corner_normals)),
-        (Buf::Spheres, bytemuck::cast_slice(&packed.spheres)),
-        (Buf::SphereInfos, bytemuck::cast_slice(&packed.sphere_infos)),
-        (Buf::Nodes, bytemuck::cast_slice(&packed.nodes)),
-        (Buf::Materials, bytemuck::cast_slice(&packed.materials)),
-        (Buf::Lights, bytemuck::cast_slice(&packed.lights)),
-        (Buf::SolidIors, bytemuck::cast_slice(&packed.solid_iors)),
-        (Buf::EyeMedia, bytemuck::cast_slice(&packed.eye_media)),
+        (Buf::Camera, device_bytes::<_, abi::single::Camera>(camera.as_slice(), double)),
+        (Buf::Triangles, device_bytes::<_, abi::single::Triangle>(&packed.triangles, double)),
+        (Buf::TriangleInfos, device_bytes::<_, abi::single::TriangleInfo>(&packed.triangle_infos, double)),
+        (Buf::CornerNormals, device_bytes::<_, abi::single::CornerNormals>(&packed.corner_normals, double)),
+        (Buf::Spheres, device_bytes::<_, abi::single::Sphere>(&packed.spheres, double)),
+        (Buf::WideSpheres, device_bytes::<_, abi::single::WideSphere>(&packed.wide_spheres, double)),
+        (Buf::SphereInfos, device_bytes::<_, abi::single::SphereInfo>(&packed.sphere_infos, double)),
+        (Buf::Nodes, device_bytes::<_, abi::single::Node>(&packed.nodes, double)),
+        (Buf::Materials, device_bytes::<_, abi::single::Material>(&packed.materials, double)),
+        (Buf::Lights, device_bytes::<_, abi::single::Light>(&packed.lights, double)),
+        (Buf::SolidIors, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_iors))),
+        (Buf::SolidPriorities, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_priorities))),
+        (Buf::EyeMedia, Cow::Borrowed(bytemuck::cast_slice(&packed.eye_media))),
     ]
 }
 
+/// Host structs as the kernels want them: f64 as they are, or each number rounded to f32.
+fn device_bytes<W: Pod, N: Pod + for<'w> From<&'w W>>(wide: &[W], double: bool) -> Cow<'_, [u8]> {
+    if double {
+        return Cow::Borrowed(bytemuck::cast_slice(wide));
+    }
+    let narrow: Vec<N> = wide.iter().map(N::from).collect();
+    Cow::Owned(bytemuck::cast_slice(&narrow).to_vec())
+}
+
 /// Buffers, recorder, and the state of the plan as it meets the scene.
-pub(super) struct Frame<'a> {
-    pipelines: Rc<Pipelines>,
-    buffers: Buffers,
-    pub(super) recorder: Recorder,
+pub(crate) struct Frame<'a> {
+    pub(crate) pipelines: Rc<Pipelines>,
+    pub(crate) buffers: Buffers,
+    pub(crate) recorder: Recorder,
     settings: &'a Settings,
     plan: &'a Plan,
     lights: u32,
@@ -65,11 +84,11 @@ pub(super) struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
         packed: &Packed,
-        camera: &[Camera; 1],
+        scene: &Scene,
         settings: &'a Settings,
         plan: &'a Plan,
     ) -> Result<Frame<'a>, VkError> {
@@ -77,8 +96,9 @@ impl<'a> Frame<'a> {
         let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
         let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
-        for (buffer, bytes) in uploads(packed, camera) {
-            recorder.upload(&mut buffers, buffer, bytes)?;
+        let camera = [packed.camera(scene, settings)];
+        for (buffer, bytes) in uploads(packed, &camera, settings.precision) {
+            recorder.upload(&mut buffers, buffer, &bytes)?;
         }
         Ok(Frame {
             pipelines,

@@ -13,9 +13,11 @@ use crate::pack::pack;
 use crate::plan::{Plan, PlanError};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
-use crate::settings::{DeviceChoice, Settings};
+use crate::selftest::{self, SelfTest};
+use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines, VkError};
-use frame::{Drawn, Frame};
+use frame::Drawn;
+pub(crate) use frame::Frame;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -97,8 +99,9 @@ impl From<PlanError> for RenderError {
 /// A device, ready to render.
 pub struct Renderer {
     device: Rc<Device>,
-    /// Kernel variants built so far, with the seconds that building and first dispatches took.
-    variants: BTreeMap<Vec<u32>, Rc<Pipelines>>,
+    /// Kernel variants built so far, by precision and specialisation.
+    variants: BTreeMap<(bool, Vec<u32>), Rc<Pipelines>>,
+    arithmetic: SelfTest,
     opened: Duration,
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
@@ -109,13 +112,39 @@ impl Renderer {
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
         let start = Instant::now();
         let device = Rc::new(Device::new(choice, validate)?);
+        let arithmetic = selftest::known(&device)?;
         Ok(Renderer {
             device,
+            arithmetic,
             variants: BTreeMap::new(),
             opened: start.elapsed(),
             brute_force: None,
             omitted_barrier: None,
         })
+    }
+
+    /// What the device's arithmetic is worth.
+    pub fn arithmetic(&self) -> &SelfTest {
+        &self.arithmetic
+    }
+
+    /// The settings that this device can keep, and why they differ from those asked for.
+    fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
+        let faults = self.arithmetic.single.faults();
+        if asked.precision != Precision::Robust || faults.is_empty() {
+            return (asked.clone(), Vec::new());
+        }
+        let why = faults.join("; ");
+        match self.arithmetic.double {
+            Some(double) if double.faults().is_empty() => (
+                Settings { precision: Precision::Double, ..asked.clone() },
+                vec![format!("rendered in f64, as this device's f32 cannot be trusted: {why}")],
+            ),
+            _ => (
+                asked.clone(),
+                vec![format!("bounds may not hold, as this device's f32 cannot be trusted: {why}")],
+            ),
+        }
     }
 
     /// Warnings and errors of the validation layer so far.
@@ -131,6 +160,10 @@ impl Renderer {
     /// Tests every primitive (`true`) or walks the hierarchy (`false`), whatever the scene's size.
     pub fn force_brute_force(&mut self, brute_force: Option<bool>) {
         self.brute_force = brute_force;
+    }
+
+    pub(crate) fn brute_force(&self) -> Option<bool> {
+        self.brute_force
     }
 
     /// Plants a missing barrier, for a test of the validation.
@@ -162,11 +195,13 @@ impl Renderer {
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let start = Instant::now();
-        let packed = pack(scene, self.brute_force);
-        let camera = [packed.camera(scene, settings.width, settings.height)];
+        let (settings, warnings) = self.trusted(settings);
+        let settings = &settings;
+        self.check_precision(settings)?;
+        let packed = pack(scene, settings, self.brute_force);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let device = self.device.info();
-        let identity = || Identity::new(&device, &packed, &camera, settings);
+        let identity = || Identity::new(&device, &packed, scene, settings);
         let (mut drawn, before) = match earlier {
             None => (Drawn::new(settings), TimeInfo::default()),
             Some(earlier) => earlier.into_drawn(&identity())?,
@@ -174,8 +209,8 @@ impl Renderer {
         let built = start.elapsed();
 
         let start = Instant::now();
-        let (pipelines, fresh) = self.pipelines(&plan.specialisation)?;
-        let mut frame = Frame::new(&self.device, pipelines, &packed, &camera, settings, &plan)?;
+        let (pipelines, fresh) = self.pipelines(&plan.specialisation, settings.precision)?;
+        let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
         frame.recorder.omit_barrier_after(self.omitted_barrier);
         if fresh {
             frame.warm_up()?;
@@ -200,15 +235,31 @@ impl Renderer {
         let unfinished = (done < 1.0 && !drawn.finished.is_empty())
             .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
         report.device = device;
+        report.warnings = warnings;
         Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
     }
 
-    fn pipelines(&mut self, s: &Specialisation) -> Result<(Rc<Pipelines>, bool), RenderError> {
-        let key = s.values();
+    pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
+        if settings.precision == Precision::Double && !self.device.has_double() {
+            return Err(RenderError::NoDevice(format!(
+                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
+                self.device.info().name
+            )));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn pipelines(
+        &mut self,
+        s: &Specialisation,
+        precision: Precision,
+    ) -> Result<(Rc<Pipelines>, bool), RenderError> {
+        let double = precision == Precision::Double;
+        let key = (double, s.values());
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, s)?);
+        let built = Rc::new(Pipelines::new(&self.device, crate::passes::all().map(|p| p.kernel), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }

@@ -141,9 +141,9 @@ pub(super) fn settings_info(settings: &Settings) -> SettingsInfo {
         samples: settings.samples,
         depth: settings.depth,
         sampler: "random".into(),
-        precision: "robust".into(),
+        precision: settings.precision.name().into(),
         seed: settings.seed,
-        origin: "bound".into(),
+        origin: settings.origin.name(),
         crop: settings.crop,
     }
 }

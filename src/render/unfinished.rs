@@ -3,10 +3,10 @@
 use super::frame::{Drawn, uploads};
 use super::tally::{Tally, settings_info};
 use super::tile::Tile;
-use crate::abi::Camera;
 use crate::image::linear_sha256;
 use crate::pack::Packed;
 use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo, TimeInfo};
+use crate::scene::Scene;
 use crate::settings::Settings;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -28,17 +28,13 @@ pub(super) struct Identity {
 }
 
 impl Identity {
-    pub(super) fn new(
-        device: &DeviceInfo,
-        packed: &Packed,
-        camera: &[Camera; 1],
-        settings: &Settings,
-    ) -> Identity {
+    pub(super) fn new(device: &DeviceInfo, packed: &Packed, scene: &Scene, settings: &Settings) -> Identity {
+        let camera = [packed.camera(scene, settings)];
         let mut hash = Sha256::new();
-        for (_, bytes) in uploads(packed, camera) {
+        for (_, bytes) in uploads(packed, &camera, settings.precision) {
             // With its length, so that no byte can change buffers unseen.
             hash.update((bytes.len() as u64).to_le_bytes());
-            hash.update(bytes);
+            hash.update(&bytes);
         }
         Identity {
             program: ProgramInfo::default(),
@@ -75,8 +71,8 @@ impl Identity {
 fn told(s: &SettingsInfo) -> String {
     let crop = s.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(" --crop {x0},{y0},{x1},{y1}"));
     format!(
-        "--size {}x{}{crop} --samples {} --depth {} --seed {} (sampler {}, precision {}, origin {})",
-        s.width, s.height, s.samples, s.depth, s.seed, s.sampler, s.precision, s.origin
+        "--size {}x{}{crop} --samples {} --depth {} --seed {} --precision {} --origin {} (sampler {})",
+        s.width, s.height, s.samples, s.depth, s.seed, s.precision, s.origin, s.sampler
     )
 }
 

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-/// Descriptors of one kernel at most; the widest binds 15 storage buffers.
+/// Descriptors of one kernel at most; the widest binds 16 storage buffers.
 const STORAGE_BUFFERS_PER_STAGE: u32 = 16;
 
 /// How to get Vulkan where there is none.
@@ -34,9 +34,8 @@ impl Instance {
         // SAFETY: loads the system's Vulkan loader; its initialisers are trusted like any driver.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|e| VkError::NoDevice(format!("no Vulkan loader ({e}): {INSTALL_HINT}")))?;
-        let application = vk::ApplicationInfo::default()
-            .application_name(c"whitted")
-            .api_version(vk::API_VERSION_1_2);
+        let application =
+            vk::ApplicationInfo::default().application_name(c"whitted").api_version(vk::API_VERSION_1_2);
         let mut layers: Vec<*const c_char> = Vec::new();
         let mut extensions: Vec<*const c_char> = Vec::new();
         if validate {
@@ -134,11 +133,10 @@ impl Candidate {
             .unwrap_or(0);
         // SAFETY: `handle` came from this instance.
         let families = unsafe { instance.get_physical_device_queue_family_properties(handle) };
-        let queue_family = families
-            .iter()
-            .position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE))
-            .map(|i| i as u32);
-        let text = |s: Result<&CStr, _>| s.map(|s: &CStr| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let queue_family =
+            families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE)).map(|i| i as u32);
+        let text =
+            |s: Result<&CStr, _>| s.map(|s: &CStr| s.to_string_lossy().into_owned()).unwrap_or_default();
         Candidate {
             handle,
             properties: core,
@@ -197,7 +195,9 @@ impl Candidate {
         Limits {
             storage_range: u64::from(limits.max_storage_buffer_range),
             heap: self.heap,
-            workgroup_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
+            workgroup_invocations: limits
+                .max_compute_work_group_invocations
+                .min(limits.max_compute_work_group_size[0]),
             is_cpu: self.properties.device_type == vk::PhysicalDeviceType::CPU,
         }
     }
@@ -215,7 +215,8 @@ pub(super) fn choose(all: Vec<Candidate>, choice: &DeviceChoice) -> Result<Candi
     if all.is_empty() {
         return Err(VkError::NoDevice(format!("Vulkan is here, but no device: {INSTALL_HINT}")));
     }
-    let names = all.iter().enumerate().map(|(i, c)| format!("{i}: {}", c.name)).collect::<Vec<_>>().join("; ");
+    let names =
+        all.iter().enumerate().map(|(i, c)| format!("{i}: {}", c.name)).collect::<Vec<_>>().join("; ");
     let none = |what: String| VkError::NoDevice(format!("{what}; there are {names} (see `whitted devices`)"));
     let found = match choice {
         DeviceChoice::Best => {
@@ -270,14 +271,17 @@ impl Device {
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Device, VkError> {
         let instance = Instance::new(validate)?;
         let chosen = choose(candidates(&instance)?, choice)?;
-        let queue_family =
-            chosen.queue_family.ok_or_else(|| VkError::NoDevice("no compute queue".into()))?;
+        let queue_family = chosen.queue_family.ok_or_else(|| VkError::NoDevice("no compute queue".into()))?;
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&priorities)];
         let mut scalar = vk::PhysicalDeviceScalarBlockLayoutFeatures::default().scalar_block_layout(true);
-        let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut scalar);
+        let features = vk::PhysicalDeviceFeatures::default().shader_float64(chosen.float64);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&features)
+            .push_next(&mut scalar);
         // SAFETY: the physical device came from this instance; `info` lives through the call.
         let raw = unsafe { instance.raw.create_device(chosen.handle, &info, None) }
             .map_err(call("vkCreateDevice", chosen.name.as_str()))?;
@@ -300,7 +304,7 @@ impl Device {
                 return Err(VkError::Memory { name: "allocator".into(), bytes: 0, source });
             }
         };
-        let cache_file = cache_file(&chosen);
+        let cache_file = cache_file(&chosen, "pipelines");
         let stored = cache_file.as_ref().and_then(|f| std::fs::read(f).ok()).unwrap_or_default();
         let mut device = Device {
             allocator,
@@ -314,7 +318,9 @@ impl Device {
         };
         // SAFETY: the driver checks the header of stored data and ignores what is not its own.
         device.cache = unsafe {
-            device.raw.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default().initial_data(&stored), None)
+            device
+                .raw
+                .create_pipeline_cache(&vk::PipelineCacheCreateInfo::default().initial_data(&stored), None)
         }
         .map_err(call("vkCreatePipelineCache", "device"))?;
         Ok(device)
@@ -336,6 +342,11 @@ impl Device {
         self.chosen.limits()
     }
 
+    /// True if kernels may compute in f64.
+    pub fn has_double(&self) -> bool {
+        self.chosen.float64
+    }
+
     /// Who it is.
     pub fn info(&self) -> DeviceInfo {
         DeviceInfo {
@@ -351,31 +362,40 @@ impl Device {
         self.instance.messenger.as_ref().map(Messenger::messages).unwrap_or_default()
     }
 
+    /// A file of the user's cache folder for facts about this device and driver, by kind.
+    pub fn cache_file(&self, kind: &str) -> Option<PathBuf> {
+        cache_file(&self.chosen, kind)
+    }
+
     /// Keeps compiled pipelines for the next process. Failing to is no failure of the render.
     pub fn store_pipeline_cache(&self) {
         let Some(file) = &self.cache_file else { return };
         // SAFETY: the cache belongs to this device.
         let Ok(data) = (unsafe { self.raw.get_pipeline_cache_data(self.cache) }) else { return };
-        let Some(folder) = file.parent() else { return };
-        // Whole or not at all: another process may be reading.
-        let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
-        let written = std::fs::create_dir_all(folder)
-            .and_then(|()| std::fs::write(&temporary, data))
-            .and_then(|()| std::fs::rename(&temporary, file));
-        if written.is_err() {
-            drop(std::fs::remove_file(&temporary));
-        }
+        write_cache(file, &data);
     }
 }
 
-/// `$XDG_CACHE_HOME/whitted/pipelines-UUID-VERSION`, or under `~/.cache`.
-fn cache_file(chosen: &Candidate) -> Option<PathBuf> {
+/// Whole or not at all: another process may be reading. A cache that cannot be written is none.
+pub fn write_cache(file: &std::path::Path, data: &[u8]) {
+    let Some(folder) = file.parent() else { return };
+    let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&temporary, data))
+        .and_then(|()| std::fs::rename(&temporary, file));
+    if written.is_err() {
+        drop(std::fs::remove_file(&temporary));
+    }
+}
+
+/// `$XDG_CACHE_HOME/whitted/KIND-UUID-VERSION`, or under `~/.cache`; the UUID changes with the driver.
+fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("XDG_CACHE_HOME")
         .map(PathBuf::from)
         .filter(|p| p.is_absolute())
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
     let uuid: String = chosen.properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
-    Some(folder.join("whitted").join(format!("pipelines-{uuid}-{}", env!("CARGO_PKG_VERSION"))))
+    Some(folder.join("whitted").join(format!("{kind}-{uuid}-{}", env!("CARGO_PKG_VERSION"))))
 }
 
 impl Drop for Device {

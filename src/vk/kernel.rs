@@ -3,8 +3,9 @@
 use super::device::Device;
 use super::error::{VkError, call};
 use crate::abi::{BUFFERS, Push, Specialisation};
-use crate::kernels::{KERNELS, Kernel};
+use crate::kernels::{Kernel, KernelCode};
 use ash::vk;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// One kernel, ready to bind.
@@ -15,10 +16,10 @@ pub(super) struct Pipeline {
     pub(super) set_layout: vk::DescriptorSetLayout,
 }
 
-/// All kernels under one specialisation.
+/// Kernels under one specialisation.
 pub struct Pipelines {
     device: Rc<Device>,
-    pipelines: Vec<Pipeline>,
+    pipelines: BTreeMap<Kernel, Pipeline>,
 }
 
 /// Buffers a kernel touches, in binding order.
@@ -28,24 +29,33 @@ pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
 }
 
 impl Pipelines {
-    /// Builds all pipelines.
-    pub fn new(device: &Rc<Device>, specialisation: &Specialisation) -> Result<Pipelines, VkError> {
-        let mut all = Pipelines { device: Rc::clone(device), pipelines: Vec::new() };
+    /// Builds a pipeline for each of `kernels`; `double` needs a device with double precision.
+    pub fn new(
+        device: &Rc<Device>,
+        kernels: impl Iterator<Item = Kernel>,
+        specialisation: &Specialisation,
+        double: bool,
+    ) -> Result<Pipelines, VkError> {
+        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new() };
         let values = specialisation.values();
-        for code in &KERNELS {
-            let pipeline = build(device, code, &values)?;
-            all.pipelines.push(pipeline);
+        for kernel in kernels {
+            let pipeline = build(device, kernel.code(), &values, double)?;
+            all.pipelines.insert(kernel, pipeline);
         }
         device.store_pipeline_cache();
         Ok(all)
     }
 
+    pub(super) fn kernels(&self) -> impl Iterator<Item = (Kernel, Pipeline)> {
+        self.pipelines.iter().map(|(k, p)| (*k, *p))
+    }
+
     pub(super) fn get(&self, kernel: Kernel) -> Pipeline {
-        self.pipelines[kernel as usize]
+        *self.pipelines.get(&kernel).expect("a recorder is used with the pipelines it was made for")
     }
 }
 
-fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> Result<Pipeline, VkError> {
+fn build(device: &Device, code: &KernelCode, values: &[u32], double: bool) -> Result<Pipeline, VkError> {
     let used = code.reads | code.writes;
     let bindings: Vec<_> = (0..BUFFERS.len() as u32)
         .filter(|b| used >> b & 1 == 1)
@@ -66,7 +76,7 @@ fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> 
     // SAFETY: `info` lives through the call.
     made.set_layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
         .map_err(call("vkCreateDescriptorSetLayout", code.name))?;
-    let result = finish(device, code, values, &mut made);
+    let result = finish(device, code, values, double, &mut made);
     if let Err(error) = result {
         destroy(device, &made);
         return Err(error);
@@ -76,8 +86,9 @@ fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> 
 
 fn finish(
     device: &Device,
-    code: &crate::kernels::KernelCode,
+    code: &KernelCode,
     values: &[u32],
+    double: bool,
     made: &mut Pipeline,
 ) -> Result<(), VkError> {
     let sets = [made.set_layout];
@@ -88,7 +99,7 @@ fn finish(
     // SAFETY: `info` lives through the call.
     made.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
         .map_err(call("vkCreatePipelineLayout", code.name))?;
-    let words = code.spirv.words();
+    let words = (if double { code.double } else { code.single }).words();
     let info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the module was compiled and checked at build time.
     let module = unsafe { device.raw.create_shader_module(&info, None) }
@@ -123,7 +134,7 @@ fn destroy(device: &Device, pipeline: &Pipeline) {
 
 impl Drop for Pipelines {
     fn drop(&mut self) {
-        for pipeline in &self.pipelines {
+        for pipeline in self.pipelines.values() {
             destroy(&self.device, pipeline);
         }
     }
