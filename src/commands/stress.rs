@@ -11,7 +11,6 @@ use crate::table::{Align, Table};
 use crate::{atomic_file, progress};
 use anyhow::Context;
 use serde::Serialize;
-use std::io::Write;
 use std::time::Instant;
 
 /// One case's outcome.
