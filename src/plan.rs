@@ -73,9 +73,11 @@ impl Plan {
             true => BRANCHING_ROOM.min(1u32.checked_shl(settings.depth - 1).unwrap_or(u32::MAX)),
             false => 1,
         };
-        let lights_per_pass = (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS);
+        let by_brute_force = packed.bvh_depth == 0;
+        let lights_per_pass =
+            if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
         let per_light = abi::LOOP_CAP / lights_per_pass;
-        if packed.bvh_depth == 0 && packed.primitive_count() as u32 > per_light {
+        if by_brute_force && packed.primitive_count() as u32 > per_light {
             return Err(PlanError(format!(
                 "brute force over {} primitives passes the {per_light} loop iterations a kernel may run; use the hierarchy",
                 packed.primitive_count()
