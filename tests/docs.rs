@@ -4,6 +4,7 @@
 use clap::CommandFactory;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use whitted::abi::{self, Buf};
 use whitted::cli::Cli;
 use whitted::kernels::KERNELS;
@@ -20,13 +21,16 @@ fn read(name: &str) -> String {
 /// True if `text` has `word` as code: between backticks, or in a code block's line.
 fn names(text: &str, word: &str) -> bool {
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
-    text.match_indices(word).any(|(at, _)| {
-        !text[..at].ends_with(is_part) && !text[at + word.len()..].starts_with(is_part)
-    })
+    text.match_indices(word)
+        .any(|(at, _)| !text[..at].ends_with(is_part) && !text[at + word.len()..].starts_with(is_part))
 }
+
+/// Tests run in parallel, and two of them may write the same file.
+static ARCHITECTURE: Mutex<()> = Mutex::new(());
 
 /// The part of ARCHITECTURE.md between the marks called `name` is `table`, or becomes it if asked to.
 fn check_table(name: &str, table: &str) {
+    let guard = ARCHITECTURE.lock().unwrap_or_else(PoisonError::into_inner);
     let text = read("ARCHITECTURE.md");
     let open = text.find(&format!("<!-- {name}:")).expect("the opening mark");
     let begin = open + text[open..].find('\n').expect("a line end") + 1;
@@ -39,7 +43,10 @@ fn check_table(name: &str, table: &str) {
         std::fs::write(path("ARCHITECTURE.md"), whole).expect("ARCHITECTURE.md can be written");
         return;
     }
-    panic!("the {name} of ARCHITECTURE.md are out of date; `WHITTED_UPDATE_DOCS=1 cargo test --test docs` writes\n\n{table}");
+    drop(guard);
+    panic!(
+        "the {name} of ARCHITECTURE.md are out of date; `WHITTED_UPDATE_DOCS=1 cargo test --test docs` writes\n\n{table}"
+    );
 }
 
 fn buffer_name(buffer: Buf) -> &'static str {
@@ -56,7 +63,8 @@ fn purpose(kernel: &str) -> String {
 
 #[test]
 fn the_pass_table_is_the_codes() {
-    let mut table = String::from("| kernel | what it does | reads | writes | on | when |\n|---|---|---|---|---|---|\n");
+    let mut table =
+        String::from("| kernel | what it does | reads | writes | on | when |\n|---|---|---|---|---|---|\n");
     let list = |buffers: &[Buf]| {
         buffers.iter().map(|b| format!("`{}`", buffer_name(*b))).collect::<Vec<_>>().join(" ")
     };
@@ -99,15 +107,18 @@ fn the_buffer_table_is_the_codes() {
     let source = read("src/abi.rs");
     let comment = |name: &str| {
         let lines: Vec<&str> = source.lines().collect();
-        let at = lines.iter().position(|l| l.trim_start().starts_with(&format!("{name} / "))).expect("its line");
+        let at =
+            lines.iter().position(|l| l.trim_start().starts_with(&format!("{name} / "))).expect("its line");
         let above = lines[..at].iter().rev().map_while(|l| l.trim_start().strip_prefix("/// "));
         let mut words: Vec<&str> = above.collect();
         words.reverse();
-        words.join(" ").trim_end_matches('.').to_owned()
+        words.join(" ").trim_end_matches('.').replace('|', "\\|")
     };
-    let mut table = String::from("| binding | buffer | element | bytes | what it holds |\n|---:|---|---|---:|---|\n");
+    let mut table =
+        String::from("| binding | buffer | element | bytes | what it holds |\n|---:|---|---|---:|---|\n");
     for (binding, (name, element, _)) in abi::BUFFERS.iter().enumerate() {
-        writeln!(table, "| {binding} | `{name}` | `{element}` | {} | {} |", bytes(element), comment(name)).unwrap();
+        writeln!(table, "| {binding} | `{name}` | `{element}` | {} | {} |", bytes(element), comment(name))
+            .unwrap();
     }
     let ray = 2 * bytes("Ray") + bytes("Hit") + bytes("Surface");
     let (branching, sample, pixel) = (bytes("vec3"), bytes("vec3"), bytes("Film"));
@@ -171,7 +182,9 @@ fn the_readme_names_no_command_or_option_that_is_not_there() {
             // Only where the program is called; prose and folder names are no calls.
             let called = line[..at].ends_with(['`']) || line[..at].ends_with("$ ");
             let Some(word) = line[at..].split([' ', '`']).nth(1).filter(|_| called) else { continue };
-            let known = word.starts_with('-') || commands.iter().any(|c| c.split(' ').nth(1) == Some(word));
+            let known = word.starts_with('-')
+                || word == "help"
+                || commands.iter().any(|c| c.split(' ').nth(1) == Some(word));
             assert!(known, "README.md calls `whitted {word}`, which is not there");
         }
         // Options of cargo, apt and rustup have no place in a line that calls none of them.
@@ -179,10 +192,12 @@ fn the_readme_names_no_command_or_option_that_is_not_there() {
             continue;
         }
         for (at, _) in line.match_indices("--") {
-            let word: String = line[at..].chars().take_while(|c| c.is_ascii_lowercase() || *c == '-').collect();
+            let word: String =
+                line[at..].chars().take_while(|c| c.is_ascii_lowercase() || *c == '-').collect();
             let starts = !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '-' || c == '|');
             if starts && word.len() > 3 && !word.ends_with('-') {
-                let known = ["--help", "--version"].contains(&word.as_str()) || options.iter().any(|(_, o)| *o == word);
+                let known = ["--help", "--version"].contains(&word.as_str())
+                    || options.iter().any(|(_, o)| *o == word);
                 assert!(known, "README.md names {word}, which is not there");
             }
         }
@@ -206,7 +221,12 @@ fn the_scene_format_names_every_key() {
     let mut keys: Vec<&str> = Vec::new();
     for part in parser.split("only(&[").skip(1).chain(parser.split("const TOP").skip(1)) {
         let list = part.split(';').next().unwrap_or_default();
-        keys.extend(list.split('"').skip(1).step_by(2).filter(|k| k.chars().all(|c| c.is_ascii_lowercase() || c == '_')));
+        keys.extend(
+            list.split('"')
+                .skip(1)
+                .step_by(2)
+                .filter(|k| k.chars().all(|c| c.is_ascii_lowercase() || c == '_')),
+        );
     }
     let top = parser.split("const TOP: [&str; 7] = [").nth(1).and_then(|t| t.split(']').next());
     keys.extend(top.expect("the list of tables").split('"').skip(1).step_by(2));
@@ -216,7 +236,10 @@ fn the_scene_format_names_every_key() {
     }
     let mtl = read("src/scene/mtl.rs");
     for key in mtl.split('"').skip(1).step_by(2).filter(|k| k.starts_with("whitted_") && k.len() > 8) {
-        assert!(names(&text, key.split(' ').next().unwrap_or(key)), "docs/scene-format.md does not name `{key}`");
+        assert!(
+            names(&text, key.split(' ').next().unwrap_or(key)),
+            "docs/scene-format.md does not name `{key}`"
+        );
     }
 }
 
