@@ -2,7 +2,7 @@
 //! table `kernels.rs`.
 
 #[path = "src/abi.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 mod abi;
 #[path = "src/spirv.rs"]
 #[allow(dead_code)]
@@ -38,28 +38,38 @@ fn compile_all() -> Result<(), String> {
         .collect();
     kernels.sort();
     let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc: {e}"))?;
-    let abi_glsl = abi_glsl();
-    fs::write(out.join("abi.glsl"), &abi_glsl).map_err(|e| e.to_string())?;
+    let precisions =
+        [("f32", "float", "vec3", abi::single::STRUCTS), ("f64", "double", "dvec3", abi::double::STRUCTS)];
 
     let mut table = String::new();
     let mut variants = String::new();
     for path in &kernels {
         let name = path.file_stem().and_then(|s| s.to_str()).ok_or("kernel file name is not UTF-8")?;
-        let words = compile(&compiler, path, &abi_glsl)?;
-        let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
-        check_layout(name, &module)?;
-        let file = out.join(format!("{name}.spv"));
-        fs::write(&file, bytemuck::cast_slice(&words)).map_err(|e| e.to_string())?;
+        let mut accesses = Vec::new();
+        let mut files = Vec::new();
+        for (suffix, real, real3, structs) in precisions {
+            let words = compile(&compiler, path, &abi_glsl(real, real3, structs))?;
+            let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
+            check(name, &module, structs)?;
+            let file = out.join(format!("{name}.{suffix}.spv"));
+            fs::write(&file, bytemuck::cast_slice(&words)).map_err(|e| e.to_string())?;
+            files.push(file);
+            accesses.push(module.bindings);
+        }
+        if accesses[0] != accesses[1] {
+            return Err(format!("{name}: the two precisions use different buffers"));
+        }
         let (mut reads, mut writes) = (0u64, 0u64);
-        for b in &module.bindings {
+        for b in &accesses[0] {
             reads |= u64::from(b.reads) << b.binding;
             writes |= u64::from(b.writes) << b.binding;
         }
+        let [single, double] = [&files[0], &files[1]];
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(
             table,
-            "    KernelCode {{ name: {name:?}, spirv: Spirv(include_bytes!({file:?})), reads: {reads:#x}, writes: {writes:#x} }},"
+            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), reads: {reads:#x}, writes: {writes:#x} }},"
         );
     }
     let source = format!(
@@ -77,12 +87,13 @@ fn camel(name: &str) -> String {
 }
 
 /// The shared declarations as GLSL, with macros READS(x), WRITES(x), UPDATES(x) that declare buffer x.
-fn abi_glsl() -> String {
-    let mut text = String::from("#define real float\n#define real3 vec3\n");
+fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct]) -> String {
+    let mut text =
+        format!("#define real {real}\n#define real3 {real3}\n#define REAL_IS_{}\n", real.to_uppercase());
     for (name, value) in abi::CONSTANTS {
         let _ = writeln!(text, "#define {name} {value:#x}u");
     }
-    for s in abi::STRUCTS {
+    for s in structs {
         text.push_str(s.glsl);
     }
     for (id, (name, default)) in abi::SPECIALISATION.iter().enumerate() {
@@ -111,7 +122,10 @@ fn compile(compiler: &shaderc::Compiler, path: &Path, abi_glsl: &str) -> Result<
     options.set_optimization_level(shaderc::OptimizationLevel::Zero);
     options.set_include_callback(|requested, _, _, _| {
         if requested == "abi.glsl" {
-            return Ok(shaderc::ResolvedInclude { resolved_name: requested.into(), content: abi_glsl.into() });
+            return Ok(shaderc::ResolvedInclude {
+                resolved_name: requested.into(),
+                content: abi_glsl.into(),
+            });
         }
         let file = Path::new("glsl/lib").join(requested);
         let content = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
@@ -131,15 +145,12 @@ fn compile(compiler: &shaderc::Compiler, path: &Path, abi_glsl: &str) -> Result<
 
 /// Every shared struct that the module stores in a buffer has the host's offsets; float arithmetic
 /// cannot be contracted, and nothing with unstated rounding is used.
-fn check_layout(kernel: &str, module: &spirv::Module) -> Result<(), String> {
-    for s in abi::STRUCTS {
+fn check(kernel: &str, module: &spirv::Module, structs: &[abi::GpuStruct]) -> Result<(), String> {
+    for s in structs {
         let Some(found) = module.structs.get(s.name) else { continue };
         let wanted: Vec<(String, u32)> = s.fields.iter().map(|(n, o)| ((*n).to_owned(), *o as u32)).collect();
         if *found != wanted {
-            return Err(format!(
-                "{kernel}: layout of {}: kernel has {found:?}, host has {wanted:?}",
-                s.name
-            ));
+            return Err(format!("{kernel}: layout of {}: kernel has {found:?}, host has {wanted:?}", s.name));
         }
     }
     if module.contractible > 0 {

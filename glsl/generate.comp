@@ -18,9 +18,9 @@ Ray primary_ray(Camera c, uint slot) {
     uint x = push.tile_x + pixel % push.tile_width;
     uint y = push.tile_y + pixel / push.tile_width;
     uint k = push.first_sample + slot / push.tile_pixels;
-    vec2 at = vec2(x, y) + sample_offset(push.seed, x, y, k, push.samples);
-    real sx = at.x * c.step_x - 1.0;
-    real sy = 1.0 - at.y * c.step_y;
+    vec2 offset = sample_offset(push.seed, x, y, k, push.samples);
+    real sx = (real(x) + real(offset.x)) * c.step_x - 1.0;
+    real sy = 1.0 - (real(y) + real(offset.y)) * c.step_y;
     real3 lateral = sx * c.right + sy * c.up;
     return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), vec3(1.0), slot, NONE);
 }

@@ -8,6 +8,7 @@ layout(local_size_x_id = 0) in;
 READS(triangles)
 READS(triangle_infos)
 READS(spheres)
+READS(wide_spheres)
 READS(sphere_infos)
 READS(nodes)
 READS(rays)

@@ -11,9 +11,11 @@ READS(triangles)
 READS(triangle_infos)
 READS(corner_normals)
 READS(spheres)
+READS(wide_spheres)
 READS(sphere_infos)
 READS(materials)
 READS(solid_iors)
+READS(solid_priorities)
 READS(rays)
 READS(media)
 READS(queue)
@@ -46,7 +48,9 @@ Surface strike(uint i) {
         s.solid = info.solid;
     } else {
         uint j = h.primitive - triangle_count;
-        p = sphere_point(spheres[j], o, d, h.t);
+        uint wide = sphere_infos[j].wide;
+        p = wide_spheres_used != 0u && wide != NONE ? wide_sphere_point(wide_spheres[wide], o, d, h.t)
+                                                    : sphere_point(spheres[j], o, d, h.t);
         s.material = sphere_infos[j].material;
         s.solid = sphere_infos[j].solid;
     }
@@ -66,17 +70,25 @@ Surface strike(uint i) {
     real here = 1.0, beyond = 1.0;
     s.eta = 1.0;
     if (media_capacity != 0u && m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)) {
-        here = solid_iors[innermost(i, 0u)];
+        uint inside = medium(i, 0u);
+        here = solid_iors[inside];
         if (s.solid != 0u) {
-            bool leaves = is_inside(i, s.solid);
-            beyond = solid_iors[leaves ? innermost(i, s.solid) : s.solid];
-            s.flags |= leaves ? LEAVES : 0u;
+            s.flags |= is_inside(i, s.solid) ? LEAVES : 0u;
+            uint others = medium(i, s.solid);
+            if (others != 0u && solid_priorities[others] > solid_priorities[s.solid]) {
+                // Another solid's matter fills both sides: nothing is here for light.
+                s.share = 0.0;
+                s.flags |= PASSES | (push.depth < push.last_depth ? CHILD_REFRACTED : 0u);
+                return s;
+            }
+            // Entering: of equal priority, the solid entered last is the medium.
+            beyond = solid_iors[(s.flags & LEAVES) != 0u ? others : s.solid];
             s.eta = here / beyond;
         } else {
             beyond = m.ior; // a thin sheet: reflects like its material, refracts nothing
         }
     }
-    s.share = reflection_share(m, here, beyond, s.cosine);
+    s.share = float(reflection_share(m, here, beyond, s.cosine));
     if (m.secondary > 0.0 && push.depth < push.last_depth) {
         s.flags |= (s.share > 0.0 ? CHILD_REFLECTED : 0u) | (s.share < 1.0 ? CHILD_REFRACTED : 0u);
     }

@@ -10,6 +10,7 @@ READS(camera)
 READS(triangles)
 READS(triangle_infos)
 READS(spheres)
+READS(wide_spheres)
 READS(sphere_infos)
 READS(nodes)
 READS(materials)
@@ -27,7 +28,6 @@ UPDATES(counters)
 // Light through the unshadowed lights of this pass: sum of intensity * cos / distance^2.
 vec3 direct_light(Surface s, inout uint shadow_rays) {
     vec3 sum = vec3(0.0);
-    real3 origin = spawn_origin(s.position, s.offset, s.offset);
     // A light nearer than the spawn offset cannot be resolved; its distance is clamped (numerics 2.6).
     real least = dot3(s.offset, s.offset);
     for (uint l = push.light_begin; l < push.light_end; l++) {
@@ -40,10 +40,12 @@ vec3 direct_light(Surface s, inout uint shadow_rays) {
             atomicAdd(counters[COUNTER_CLAMPED_LIGHTS], 1u);
             squared = least;
         }
+        real3 origin = spawn_origin(s.position, s.offset, origin_fixed != 0u ? to_light / sqrt(squared) : s.offset, camera[0].origin_shift);
+        uint skip = origin_fixed != 0u ? NONE : s.primitive;
         // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
-        TraceRay r = make_trace_ray(origin, lights[l].position - origin, s.primitive);
+        TraceRay r = make_trace_ray(origin, lights[l].position - origin, skip);
         if (closest_hit(r, 1.0, true).primitive == NONE) {
-            sum += lights[l].intensity * ((along / sqrt(squared)) / squared);
+            sum += lights[l].intensity * float((along / sqrt(squared)) / squared);
         }
     }
     return sum;
@@ -63,7 +65,8 @@ void main() {
         Surface s = surfaces[i];
         Material m = materials[s.material];
         vec3 light = first ? vec3(m.ambient) : contributions[i];
-        float own = 1.0 - m.secondary;
+        // Where another solid hides the surface, it has no colour of its own.
+        float own = (s.flags & PASSES) != 0u ? 0.0 : 1.0 - m.secondary;
         uint shadow_rays = 0u;
         if (own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0)) {
             light += direct_light(s, shadow_rays);

@@ -1,5 +1,5 @@
 // Reflection and refraction rays of the next depth, in the order of their parents, reflection first.
-// Reads queue, rays, media, surfaces, materials, offsets. Writes next_rays, next_media. Counts rays
+// Reads queue, rays, media, surfaces, materials, offsets, camera (for a fixed origin shift). Writes next_rays, next_media. Counts rays
 // that are in more solids than their list holds.
 // One invocation per parent ray. Whitted, CACM 23(6), 1980.
 #version 460
@@ -7,6 +7,7 @@
 #include "numeric.glsl"
 layout(local_size_x_id = 0) in;
 
+READS(camera)
 READS(materials)
 READS(rays)
 READS(media)
@@ -14,6 +15,7 @@ READS(queue)
 READS(next_queue)
 READS(surfaces)
 READS(offsets)
+READS(solid_priorities)
 WRITES(next_rays)
 WRITES(next_media)
 UPDATES(counters)
@@ -58,18 +60,21 @@ void main() {
     Surface s = surfaces[i];
     if (s.primitive == NONE || (s.flags & (CHILD_REFLECTED | CHILD_REFRACTED)) == 0u) return;
     real3 d = rays[i].direction;
-    vec3 throughput = materials[s.material].secondary * rays[i].throughput;
+    vec3 throughput = rays[i].throughput;
+    if ((s.flags & PASSES) == 0u) throughput *= materials[s.material].secondary;
+    uint skip = origin_fixed != 0u ? NONE : s.primitive;
+    float shift = camera[0].origin_shift;
     uint slot = rays[i].slot;
     uint to = offsets[group_index()] + (s.flags >> PREFIX_SHIFT);
     if ((s.flags & CHILD_REFLECTED) != 0u) {
         real3 w = above(reflected(d, s.normal, s.cosine), s.offset);
-        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w), w, s.share * throughput, slot, s.primitive);
+        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, s.share * throughput, slot, skip);
         keep_media(i, to);
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
         real3 w = s.eta == 1.0 ? d : refracted(d, s.normal, s.eta, s.cosine);
-        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w), w, (1.0 - s.share) * throughput, slot, s.primitive);
+        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, (1.0 - s.share) * throughput, slot, skip);
         if (s.solid != 0u) {
             change_media(i, to, s.solid, (s.flags & LEAVES) != 0u);
         } else {

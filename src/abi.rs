@@ -5,8 +5,6 @@
 //! Layout is `scalar` (GL_EXT_scalar_block_layout): fields of 4 bytes, no padding, so `repr(C)` and
 //! GLSL agree.
 
-use bytemuck::{Pod, Zeroable};
-
 /// A struct known to both sides, its GLSL text, and the offsets that the SPIR-V must show.
 #[derive(Debug, Clone, Copy)]
 pub struct GpuStruct {
@@ -21,23 +19,39 @@ pub struct GpuStruct {
 }
 
 macro_rules! rust_type {
-    (real) => { f32 };
-    (real3) => { [f32; 3] };
-    (vec3) => { [f32; 3] };
-    (float) => { f32 };
-    (uint) => { u32 };
+    (real, $real:ty) => {
+        $real
+    };
+    (real3, $real:ty) => {
+        [$real; 3]
+    };
+    (vec3, $real:ty) => {
+        [f32; 3]
+    };
+    (float, $real:ty) => {
+        f32
+    };
+    (uint, $real:ty) => {
+        u32
+    };
 }
 
-macro_rules! gpu_structs {
-    ($($(#[$meta:meta])* struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ident,)* })*) => {
-        $(
-            $(#[$meta])*
-            #[repr(C)]
-            #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-            pub struct $name { $($(#[$field_meta])* pub $field: rust_type!($ty),)* }
-        )*
-        /// All shared structs, in declaration order.
-        pub const STRUCTS: &[GpuStruct] = &[$(GpuStruct {
+macro_rules! rounded {
+    (real, $value:expr) => {
+        $value as f32
+    };
+    (real3, $value:expr) => {
+        $value.map(|x| x as f32)
+    };
+    ($other:ident, $value:expr) => {
+        $value
+    };
+}
+
+macro_rules! table {
+    ($real:ty; $($name:ident { $($field:ident: $ty:ident,)* })*) => {
+        /// All shared structs with their layouts, in declaration order.
+        pub const STRUCTS: &[super::GpuStruct] = &[$(super::GpuStruct {
             name: stringify!($name),
             glsl: concat!("struct ", stringify!($name), " {\n",
                 $("    ", stringify!($ty), " ", stringify!($field), ";\n",)* "};\n"),
@@ -47,8 +61,60 @@ macro_rules! gpu_structs {
     };
 }
 
+/// Declares structs whose `real` fields are f32 in [`single`] and f64 in [`double`]. `host` structs
+/// are filled by the host in f64 and rounded to f32 once; the others live on the device alone.
+macro_rules! gpu_structs {
+    (
+        host { $($(#[$meta:meta])* struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ident,)* })* }
+        device { $($(#[$dmeta:meta])* struct $dname:ident { $($(#[$dfield_meta:meta])* $dfield:ident: $dty:ident,)* })* }
+    ) => {
+        /// Shared structs of the single-precision kernels.
+        pub mod single {
+            use bytemuck::{Pod, Zeroable};
+            $(
+                $(#[$meta])*
+                #[repr(C)]
+                #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+                pub struct $name { $($(#[$field_meta])* pub $field: rust_type!($ty, f32),)* }
+                impl From<&super::double::$name> for $name {
+                    fn from(wide: &super::double::$name) -> Self {
+                        $name { $($field: rounded!($ty, wide.$field),)* }
+                    }
+                }
+            )*
+            $(
+                $(#[$dmeta])*
+                #[repr(C)]
+                #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+                pub struct $dname { $($(#[$dfield_meta])* pub $dfield: rust_type!($dty, f32),)* }
+            )*
+            table! { f32; $($name { $($field: $ty,)* })* $($dname { $($dfield: $dty,)* })* }
+        }
+        /// The same of the double-precision kernels.
+        pub mod double {
+            use bytemuck::{Pod, Zeroable};
+            $(
+                $(#[$meta])*
+                #[repr(C)]
+                #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+                pub struct $name { $($(#[$field_meta])* pub $field: rust_type!($ty, f64),)* }
+            )*
+            $(
+                $(#[$dmeta])*
+                #[repr(C)]
+                #[derive(Debug, Clone, Copy, Default, PartialEq)]
+                pub struct $dname { $($(#[$dfield_meta])* pub $dfield: rust_type!($dty, f64),)* }
+            )*
+            table! { f64; $($name { $($field: $ty,)* })* $($dname { $($dfield: $dty,)* })* }
+        }
+    };
+}
+
+pub use single::*;
+
 gpu_structs! {
-    /// The eye in the local frame, 68 bytes. Written by `pack`, read by `generate`.
+host {
+    /// The eye in the local frame, 76 bytes (f64: 136). Written by `pack`, read by `generate`.
     /// A primary ray starts on the plane `advance` in front of the eye, which has all geometry
     /// behind it: its origin then rounds with the scene's size, not with the eye's distance
     /// (numerics 2.7).
@@ -73,6 +139,8 @@ gpu_structs! {
         background_g: float,
         /// Blue of the same.
         background_b: float,
+        /// Distance along a secondary ray to its origin where ORIGIN_FIXED is on (local units).
+        origin_shift: float,
     }
 
     /// Three corners in the local frame, 36 bytes. Written by `pack`, read by `intersect`, `shade`, `shadow`.
@@ -85,7 +153,7 @@ gpu_structs! {
         c: real3,
     }
 
-    /// What a triangle is apart from its corners, 36 bytes. Written by `pack`, read by `shade`.
+    /// What a triangle is apart from its corners, 40 bytes (f64: 64). Written by `pack`, read by `shade`.
     struct TriangleInfo {
         /// Unit shading normal of a flat triangle (given in the scene, or from the corners in f64).
         normal: real3,
@@ -97,6 +165,8 @@ gpu_structs! {
         solid: uint,
         /// Position in the scene's own order; ties in t go to the smallest.
         id: uint,
+        /// Unused; keeps the size a multiple of 8.
+        pad: uint,
     }
 
     /// Shading normals at the corners, 36 bytes; present only in scenes with smooth meshes. `a` is
@@ -110,15 +180,33 @@ gpu_structs! {
         c: real3,
     }
 
-    /// An analytic sphere in the local frame, 16 bytes.
+    /// An analytic sphere in the local frame, 16 bytes (f64: 32).
     struct Sphere {
         /// Centre.
         center: real3,
-        /// Radius, > 0.
+        /// Radius, > 0; negative for a sphere so large or small that its numbers are in `wide_spheres`.
         radius: real,
     }
 
-    /// What a sphere is apart from its shape, 12 bytes.
+    /// A very large or very small sphere, 56 bytes (f64: 112), every number as an unevaluated sum of
+    /// two. Written as its surface point nearest to the frame's origin and the normal there, so that
+    /// |o - c|^2 - r^2 = |o - p|^2 + 2 r n.(o - p) cancels nothing near the surface.
+    struct WideSphere {
+        /// Surface point nearest the origin.
+        point: real3,
+        /// What `point` rounds away.
+        point_low: real3,
+        /// Unit outward normal there.
+        normal: real3,
+        /// What `normal` rounds away.
+        normal_low: real3,
+        /// Radius.
+        radius: real,
+        /// What `radius` rounds away.
+        radius_low: real,
+    }
+
+    /// What a sphere is apart from its shape, 16 bytes.
     struct SphereInfo {
         /// Index into `materials`.
         material: uint,
@@ -126,6 +214,8 @@ gpu_structs! {
         solid: uint,
         /// Position in the scene's own order (after all triangles).
         id: uint,
+        /// Index into `wide_spheres`, or NONE.
+        wide: uint,
     }
 
     /// Two children of a binary BVH with their boxes, 56 bytes. Boxes are rounded outward and padded
@@ -162,14 +252,18 @@ gpu_structs! {
         ior: float,
     }
 
-    /// A point light, 24 bytes. `intensity` is in local units: world intensity * 4^scale_log2.
+    /// A point light, 28 bytes (f64: 40). `intensity` is in local units: world intensity * 4^scale_log2.
     struct Light {
         /// Local frame.
         position: real3,
         /// Linear RGB.
         intensity: vec3,
+        /// Unused; keeps the size a multiple of 8.
+        pad: uint,
     }
 
+}
+device {
     /// A ray in flight, 44 bytes. Written by `generate` and `spawn`, read by `intersect`, `shade`,
     /// `spawn`, `shadow`, `gather`. `direction` has unit length.
     struct Ray {
@@ -289,6 +383,7 @@ gpu_structs! {
         items: uint,
     }
 }
+}
 
 macro_rules! constants {
     ($($(#[$meta:meta])* $name:ident = $value:expr;)*) => {
@@ -315,6 +410,8 @@ constants! {
     CHILD_REFRACTED = 2;
     /// `Surface::flags`: the refracted ray leaves `solid`.
     LEAVES = 4;
+    /// `Surface::flags`: a solid of higher priority hides this surface; the ray goes on unchanged.
+    PASSES = 8;
     /// `Surface::flags`: shift of the local prefix.
     PREFIX_SHIFT = 8;
     /// `Material::fresnel_kind`.
@@ -377,6 +474,12 @@ specialisation! {
     smooth_normals: 0;
     /// Solids a ray can be in at once; 0 if nothing refracts.
     media_capacity: 0;
+    /// 1: some sphere is in `wide_spheres`.
+    wide_spheres_used: 0;
+    /// 1: zero edge functions are decided exactly and hits confined to their boxes; 0: neither.
+    robust: 1;
+    /// 1: secondary rays start `origin_shift` along their direction and may hit what they left.
+    origin_fixed: 0;
     /// 1: a hit may spawn two rays, so that several rays of one sample share a depth.
     branching: 0;
     /// Loop cap of one traversal.
@@ -405,6 +508,8 @@ buffers! {
     corner_normals / CornerNormals: "CornerNormals";
     /// Spheres in leaf order.
     spheres / Spheres: "Sphere";
+    /// The spheres that need two numbers each for one.
+    wide_spheres / WideSpheres: "WideSphere";
     /// Parallel to `spheres`.
     sphere_infos / SphereInfos: "SphereInfo";
     /// BVH, root first.
@@ -415,6 +520,8 @@ buffers! {
     lights / Lights: "Light";
     /// Solid's index of refraction, by solid number; element 0 is the surrounding space.
     solid_iors / SolidIors: "float";
+    /// Solid's priority, by solid number; element 0 is the surrounding space.
+    solid_priorities / SolidPriorities: "int";
     /// Solids the eye is in, outermost first, `media_capacity` words.
     eye_media / EyeMedia: "uint";
     /// Rays of this depth.

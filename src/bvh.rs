@@ -1,14 +1,16 @@
 //! A binary bounding-volume hierarchy: binned surface-area heuristic (Wald, "On fast Construction of
 //! SAH-based Bounding Volume Hierarchies", 2007) with a depth that never passes the kernels' stack.
 
-use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, Node, STACK_SIZE};
+use crate::abi::double::Node;
+use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, STACK_SIZE};
 use crate::frame::Bounds;
 use glam::DVec3;
 
 /// What the builder knows of a primitive.
 #[derive(Debug, Clone, Copy)]
 pub struct Item {
-    /// Local bounds, exact.
+    /// Local bounds, padded and rounded exactly as the kernels do for a primitive's own box, so that
+    /// every node's box contains those below it.
     pub bounds: Bounds,
     /// A leaf holds triangles or spheres, never both.
     pub is_sphere: bool,
@@ -46,12 +48,18 @@ struct Builder<'a> {
 pub fn build(items: &[Item]) -> Bvh {
     let mut indices: Vec<u32> = (0..items.len() as u32).collect();
     let triangle_total = items.iter().filter(|i| !i.is_sphere).count() as u32;
-    let mut builder =
-        Builder { items, nodes: Vec::new(), triangles: Vec::new(), spheres: Vec::new(), triangle_total, depth: 0 };
+    let mut builder = Builder {
+        items,
+        nodes: Vec::new(),
+        triangles: Vec::new(),
+        spheres: Vec::new(),
+        triangle_total,
+        depth: 0,
+    };
     builder.nodes.push(Node::default());
     let (left, right) = match indices.len() {
         0 => (None, None),
-        n if builder.leaf_fits(&indices, n) => (Some(builder.leaf(&indices)), None),
+        _ if builder.leaf_fits(&indices) => (Some(builder.leaf(&indices)), None),
         _ => {
             let (a, b) = builder.split(&mut indices, 1);
             (Some(a), Some(b))
@@ -67,33 +75,25 @@ type Child = (u32, Bounds);
 
 fn node(left: Option<Child>, right: Option<Child>) -> Node {
     // An absent child has an inverted box, which no ray enters.
-    let absent = (LEAF_BIT, Bounds { lo: DVec3::splat(3e38), hi: DVec3::splat(-3e38) });
+    let absent =
+        (LEAF_BIT, Bounds { lo: DVec3::splat(f64::from(f32::MAX)), hi: DVec3::splat(f64::from(f32::MIN)) });
     let (c0, b0) = left.unwrap_or(absent);
     let (c1, b1) = right.unwrap_or(absent);
-    let pad = |b: Bounds| if b.is_empty() { (b.lo.as_vec3().into(), b.hi.as_vec3().into()) } else { outward(b) };
-    let ((lo_0, hi_0), (lo_1, hi_1)) = (pad(b0), pad(b1));
-    Node { lo_0, hi_0, lo_1, hi_1, child_0: c0, child_1: c1 }
-}
-
-/// The box padded, and rounded outward to f32.
-pub fn outward(b: Bounds) -> ([f32; 3], [f32; 3]) {
-    let down = |x: f64| {
-        let f = (x - PADDING) as f32;
-        if f64::from(f) > x - PADDING { f.next_down() } else { f }
-    };
-    let up = |x: f64| {
-        let f = (x + PADDING) as f32;
-        if f64::from(f) < x + PADDING { f.next_up() } else { f }
-    };
-    (b.lo.to_array().map(down), b.hi.to_array().map(up))
+    Node {
+        lo_0: b0.lo.to_array(),
+        hi_0: b0.hi.to_array(),
+        lo_1: b1.lo.to_array(),
+        hi_1: b1.hi.to_array(),
+        child_0: c0,
+        child_1: c1,
+    }
 }
 
 impl Builder<'_> {
-    fn leaf_fits(&self, indices: &[u32], target: usize) -> bool {
+    /// True if `indices` make one leaf: few, and of one kind.
+    fn leaf_fits(&self, indices: &[u32]) -> bool {
         let first = self.items[indices[0] as usize].is_sphere;
-        indices.len() <= target.min(LEAF_MAX as usize)
-            && indices.iter().all(|i| self.items[*i as usize].is_sphere == first)
-            && indices.len() <= LEAF_TARGET
+        indices.len() <= LEAF_TARGET && indices.iter().all(|i| self.items[*i as usize].is_sphere == first)
     }
 
     fn bounds(&self, indices: &[u32]) -> Bounds {
@@ -112,7 +112,7 @@ impl Builder<'_> {
 
     /// A subtree over `indices`, whose parent is at level `level - 1`.
     fn subtree(&mut self, indices: &mut [u32], level: usize) -> Child {
-        if self.leaf_fits(indices, LEAF_TARGET) {
+        if self.leaf_fits(indices) {
             return self.leaf(indices);
         }
         let at = self.nodes.len();
@@ -242,8 +242,8 @@ impl Bvh {
                     continue;
                 }
                 for item in self.items_below(child)? {
-                    let (l, h) = outward(items[item as usize].bounds);
-                    if (0..3).any(|a| l[a] < lo[a] || h[a] > hi[a]) {
+                    let b = items[item as usize].bounds;
+                    if (0..3).any(|a| b.lo[a] < lo[a] || b.hi[a] > hi[a]) {
                         return Err(format!("item {item} sticks out of its box below node {at}"));
                     }
                 }
@@ -300,7 +300,10 @@ mod tests {
             .map(|i| {
                 let h = pcg4d([i, 1, 2, 3]).map(|c| f64::from(c) / f64::from(u32::MAX) - 0.5);
                 let lo = DVec3::new(h[0], h[1], h[2]) * spread;
-                Item { bounds: Bounds { lo, hi: lo + DVec3::splat(h[3].abs() * 0.01) }, is_sphere: i < spheres }
+                Item {
+                    bounds: Bounds { lo, hi: lo + DVec3::splat(h[3].abs() * 0.01) },
+                    is_sphere: i < spheres,
+                }
             })
             .collect()
     }

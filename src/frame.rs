@@ -52,6 +52,22 @@ impl Bounds {
     }
 }
 
+/// A sphere this many times the rest of the scene stays out of the local frame.
+const HUGE: f64 = 4096.0;
+
+fn half(b: &Bounds) -> DVec3 {
+    b.hi * 0.5 - b.lo * 0.5
+}
+
+/// A cube around the eye that reaches the nearest surface of a sphere, or the point looked at.
+fn around_eye(scene: &Scene) -> Bounds {
+    let c = &scene.camera;
+    let height = |s: &crate::scene::Sphere| (s.center.distance(c.look_from) - s.radius).abs();
+    let nearest = scene.spheres.iter().map(height).filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
+    let reach = if nearest.is_finite() { nearest } else { c.look_at.distance(c.look_from) };
+    Bounds::of_sphere(c.look_from, reach)
+}
+
 /// The map from the user's space to the kernels'.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalFrame {
@@ -64,31 +80,54 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The frame of all geometry; of the eye alone where there is none.
+    /// The frame of a scene: of all its geometry but for spheres so huge that f32 could not tell the
+    /// rest apart beside them (a planet under a table). Of the eye where there is nothing else.
     pub fn of(scene: &Scene) -> LocalFrame {
-        let mut world = Bounds::EMPTY;
+        let mut flat = Bounds::EMPTY;
         for p in scene.polygons.iter().flat_map(|p| &p.vertices) {
-            world = world.with(*p);
+            flat = flat.with(*p);
         }
         for mesh in &scene.meshes {
             for face in &mesh.faces {
                 for v in face.vertices {
-                    world = world.with(mesh.vertices[v as usize]);
+                    flat = flat.with(mesh.vertices[v as usize]);
                 }
             }
         }
-        for s in &scene.spheres {
-            world = world.union(Bounds::of_sphere(s.center, s.radius));
+        let mut spheres: Vec<(f64, Bounds)> =
+            scene.spheres.iter().map(|s| (s.radius, Bounds::of_sphere(s.center, s.radius))).collect();
+        spheres.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut all = flat;
+        // Smallest first: box of everything up to each sphere, so that dropping the largest is cheap.
+        let up_to: Vec<Bounds> = spheres
+            .iter()
+            .map(|(_, b)| {
+                all = all.union(*b);
+                all
+            })
+            .collect();
+        let mut kept = spheres.len();
+        while kept > 0 {
+            let rest = if kept > 1 { up_to[kept - 2] } else { flat };
+            if spheres[kept - 1].0 <= HUGE * half(&rest.with(scene.camera.look_from)).length() {
+                break;
+            }
+            kept -= 1;
         }
-        if world.is_empty() {
-            world = Bounds::EMPTY.with(scene.camera.look_from);
-        }
+        let eye = scene.camera.look_from;
+        let focus = match kept {
+            0 if spheres.is_empty() => flat,
+            0 => flat.with(eye),
+            n => up_to[n - 1],
+        };
+        let focus = if focus.is_empty() || half(&focus).length() == 0.0 { around_eye(scene) } else { focus };
         // Halves first: the sum of two large coordinates must not overflow.
-        let center = world.lo * 0.5 + world.hi * 0.5;
-        let half = world.hi * 0.5 - world.lo * 0.5;
-        let scale_log2 = -exponent_of_length(half);
+        let center = focus.lo * 0.5 + focus.hi * 0.5;
+        let scale_log2 = -exponent_of_length(half(&focus));
         let mut frame = LocalFrame { center, scale_log2, bounds: Bounds::EMPTY };
-        frame.bounds = Bounds { lo: frame.point(world.lo), hi: frame.point(world.hi) };
+        if !all.is_empty() {
+            frame.bounds = Bounds { lo: frame.point(all.lo), hi: frame.point(all.hi) };
+        }
         frame
     }
 
@@ -129,11 +168,8 @@ fn exponent_of_length(v: DVec3) -> i32 {
         return 0;
     }
     let k = m.log2().floor() as i32;
-    let scaled = DVec3::new(
-        times_power_of_two(v.x, -k),
-        times_power_of_two(v.y, -k),
-        times_power_of_two(v.z, -k),
-    );
+    let scaled =
+        DVec3::new(times_power_of_two(v.x, -k), times_power_of_two(v.y, -k), times_power_of_two(v.z, -k));
     let length = scaled.length(); // in [1, 2 sqrt 3]
     k + (length.log2().ceil() as i32)
 }

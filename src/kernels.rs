@@ -18,8 +18,10 @@ impl Spirv {
 pub struct KernelCode {
     /// File name without extension: also the pass, the label and the profile row.
     pub name: &'static str,
-    /// The module.
-    pub spirv: Spirv,
+    /// Compiled with `real` = float.
+    pub single: Spirv,
+    /// Compiled with `real` = double.
+    pub double: Spirv,
     /// Bit b: the kernel may load from buffer b.
     pub reads: u64,
     /// Bit b: the kernel may store to buffer b.

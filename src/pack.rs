@@ -1,10 +1,11 @@
 //! Scene to flat arrays: everything the kernels see, in the local frame, rounded to f32 once.
 
-use crate::abi;
+use crate::abi::{self, double};
 use crate::bvh::{self, Bvh, Item};
 use crate::frame::{Bounds, LocalFrame};
 use crate::inside;
 use crate::scene::{Fresnel, Scene};
+use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
 
 /// Solids a ray can be in at once, at most.
@@ -22,29 +23,35 @@ pub struct Packed {
     /// Local frame of all positions.
     pub frame: LocalFrame,
     /// Triangles in leaf order.
-    pub triangles: Vec<abi::Triangle>,
+    pub triangles: Vec<double::Triangle>,
     /// Parallel to `triangles`.
-    pub triangle_infos: Vec<abi::TriangleInfo>,
+    pub triangle_infos: Vec<double::TriangleInfo>,
     /// Parallel to `triangles`; empty unless some mesh is smooth.
-    pub corner_normals: Vec<abi::CornerNormals>,
+    pub corner_normals: Vec<double::CornerNormals>,
     /// Spheres in leaf order.
-    pub spheres: Vec<abi::Sphere>,
+    pub spheres: Vec<double::Sphere>,
+    /// Very large and very small spheres.
+    pub wide_spheres: Vec<double::WideSphere>,
     /// Parallel to `spheres`.
-    pub sphere_infos: Vec<abi::SphereInfo>,
+    pub sphere_infos: Vec<double::SphereInfo>,
     /// The hierarchy's nodes; one unused node for brute force.
-    pub nodes: Vec<abi::Node>,
+    pub nodes: Vec<double::Node>,
     /// Levels of the hierarchy; 0 for brute force.
     pub bvh_depth: usize,
     /// Materials.
-    pub materials: Vec<abi::Material>,
+    pub materials: Vec<double::Material>,
     /// Lights.
-    pub lights: Vec<abi::Light>,
+    pub lights: Vec<double::Light>,
     /// Index of refraction of the surrounding space, then of each solid.
     pub solid_iors: Vec<f32>,
+    /// Priority of the surrounding space, then of each solid.
+    pub solid_priorities: Vec<i32>,
     /// Solids a ray of this scene can be in at once; 0 if nothing refracts.
     pub media_capacity: u32,
     /// Solids the eye is in, outermost first, padded with 0 to `media_capacity`.
     pub eye_media: Vec<u32>,
+    /// Some surface mirrors.
+    pub mirror: bool,
     /// Some hit spawns two rays.
     pub branching: bool,
     /// Triangles without area, dropped.
@@ -55,6 +62,7 @@ pub struct Packed {
 struct Solid {
     bounds: Bounds,
     ior: f64,
+    priority: i32,
     contains_eye: bool,
 }
 
@@ -66,13 +74,15 @@ struct FlatTriangle {
     solid: u32,
 }
 
-/// Packs `scene`. `brute_force` overrides the choice between brute force and hierarchy.
-pub fn pack(scene: &Scene, brute_force: Option<bool>) -> Packed {
+/// Packs `scene` for kernels of a precision. `brute_force` overrides the choice between brute force
+/// and hierarchy.
+pub fn pack(scene: &Scene, precision: Precision, brute_force: Option<bool>) -> Packed {
     let frame = LocalFrame::of(scene);
     let eye = frame.point(scene.camera.look_from);
     let mut solids = Vec::new();
     let flat = flatten(scene, &frame, eye, &mut solids);
     let flat_count = flat.len() as u32;
+    let round = Rounding(precision);
 
     let mut triangles = Vec::with_capacity(flat.len());
     let mut infos = Vec::with_capacity(flat.len());
@@ -81,38 +91,34 @@ pub fn pack(scene: &Scene, brute_force: Option<bool>) -> Packed {
     let any_smooth = flat.iter().any(|t| t.smooth.is_some());
     let mut degenerate_triangles = 0;
     for (id, t) in flat.iter().enumerate() {
-        let corners = t.corners.map(|c| c.as_vec3());
-        let exact = corners.map(|c| c.as_dvec3());
-        // From the rounded corners, in f64: two products of 24 bits each are exact, so zero means
+        let corners = t.corners.map(|c| round.point(c));
+        // From the rounded corners, in f64: of f32 numbers the products are exact, so zero means
         // exactly no area (numerics 1, scene load).
-        let cross = (exact[1] - exact[0]).cross(exact[2] - exact[0]);
+        let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let Some(geometric) = normalized(cross) else {
             degenerate_triangles += 1;
             continue;
         };
         let normal = t.normal.map_or(geometric, |n| if n.dot(geometric) < 0.0 { -n } else { n });
-        triangles.push(abi::Triangle {
-            a: corners[0].into(),
-            b: corners[1].into(),
-            c: corners[2].into(),
-        });
-        infos.push(abi::TriangleInfo {
-            normal: normal.as_vec3().into(),
-            geometric: geometric.as_vec3().into(),
+        let [a, b, c] = corners.map(|c| c.to_array());
+        triangles.push(double::Triangle { a, b, c });
+        infos.push(double::TriangleInfo {
+            normal: normal.to_array(),
+            geometric: geometric.to_array(),
             material: t.material as u32,
             solid: t.solid,
             id: id as u32,
+            pad: 0,
         });
         if any_smooth {
-            let n = t.smooth.map_or([[0.0; 3]; 3], |n| n.map(|n| n.as_vec3().into()));
-            smooth.push(abi::CornerNormals { a: n[0], b: n[1], c: n[2] });
+            let [a, b, c] = t.smooth.map_or([[0.0; 3]; 3], |n| n.map(|n| n.to_array()));
+            smooth.push(double::CornerNormals { a, b, c });
         }
-        items.push(Item {
-            bounds: exact.iter().fold(Bounds::EMPTY, |b, c| b.with(*c)),
-            is_sphere: false,
-        });
+        let bounds = corners.iter().fold(Bounds::EMPTY, |b, c| b.with(*c));
+        items.push(Item { bounds: round.padded(bounds.lo, bounds.hi), is_sphere: false });
     }
     let mut spheres = Vec::with_capacity(scene.spheres.len());
+    let mut wide_spheres = Vec::new();
     let mut sphere_infos = Vec::with_capacity(scene.spheres.len());
     for (i, s) in scene.spheres.iter().enumerate() {
         let (center, radius) = (frame.point(s.center), frame.length(s.radius));
@@ -121,46 +127,136 @@ pub fn pack(scene: &Scene, brute_force: Option<bool>) -> Packed {
             solids.push(Solid {
                 bounds: Bounds::of_sphere(center, radius),
                 ior: material.ior,
+                priority: material.priority,
                 contains_eye: eye.distance(center) < radius,
             });
             solids.len() as u32
         } else {
             0
         };
-        let packed = abi::Sphere { center: center.as_vec3().into(), radius: radius as f32 };
+        let rounded = round.point(center);
+        let is_wide = precision != Precision::Fast && !WIDE_RADII.contains(&radius);
+        let (packed, wide) = if is_wide {
+            wide_spheres.push(wide_sphere(center, radius, round));
+            // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
+            // roundings of centre and radius.
+            let box_radius = round.number((radius + rounded.abs().max_element()) * 2f64.powi(-20) + radius);
+            (
+                double::Sphere { center: rounded.to_array(), radius: -box_radius },
+                wide_spheres.len() as u32 - 1,
+            )
+        } else {
+            (double::Sphere { center: rounded.to_array(), radius: round.number(radius) }, abi::NONE)
+        };
         spheres.push(packed);
-        sphere_infos.push(abi::SphereInfo { material: s.material as u32, solid, id: flat_count + i as u32 });
-        let rounded = glam::Vec3::from(packed.center).as_dvec3();
-        items.push(Item { bounds: Bounds::of_sphere(rounded, f64::from(packed.radius)), is_sphere: true });
+        sphere_infos.push(double::SphereInfo {
+            material: s.material as u32,
+            solid,
+            id: flat_count + i as u32,
+            wide,
+        });
+        items.push(Item { bounds: round.sphere_box(rounded, packed.radius.abs()), is_sphere: true });
     }
 
     let brute = brute_force.unwrap_or(items.len() <= BRUTE_FORCE_MAX);
     let bvh = if brute {
-        Bvh { nodes: vec![abi::Node::default()], order: (0..items.len() as u32).collect(), depth: 0 }
+        Bvh { nodes: vec![double::Node::default()], order: (0..items.len() as u32).collect(), depth: 0 }
     } else {
         bvh::build(&items)
     };
     let count = triangles.len();
-    let reorder = |i: &u32| *i as usize;
     let (tri_order, sphere_order) = bvh.order.split_at(count);
-    let sphere_order: Vec<usize> = sphere_order.iter().map(|i| reorder(i) - count).collect();
+    let pick = |i: &u32| *i as usize;
+    let pick_sphere = |i: &u32| *i as usize - count;
     let (media_capacity, eye_media) = media(&solids);
+    let used = used_materials(scene);
     Packed {
         frame,
-        triangles: tri_order.iter().map(|i| triangles[reorder(i)]).collect(),
-        triangle_infos: tri_order.iter().map(|i| infos[reorder(i)]).collect(),
-        corner_normals: if any_smooth { tri_order.iter().map(|i| smooth[reorder(i)]).collect() } else { Vec::new() },
-        spheres: sphere_order.iter().map(|i| spheres[*i]).collect(),
-        sphere_infos: sphere_order.iter().map(|i| sphere_infos[*i]).collect(),
+        triangles: tri_order.iter().map(|i| triangles[pick(i)]).collect(),
+        triangle_infos: tri_order.iter().map(|i| infos[pick(i)]).collect(),
+        corner_normals: if any_smooth {
+            tri_order.iter().map(|i| smooth[pick(i)]).collect()
+        } else {
+            Vec::new()
+        },
+        spheres: sphere_order.iter().map(|i| spheres[pick_sphere(i)]).collect(),
+        wide_spheres,
+        sphere_infos: sphere_order.iter().map(|i| sphere_infos[pick_sphere(i)]).collect(),
         nodes: bvh.nodes,
         bvh_depth: bvh.depth,
         materials: scene.materials.iter().map(material).collect(),
         lights: scene.lights.iter().map(|l| light(l, &frame)).collect(),
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
+        solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
         eye_media,
-        branching: scene.materials.iter().any(branches),
+        mirror: used.iter().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0)),
+        branching: used.iter().any(|m| branches(m)),
         degenerate_triangles,
+    }
+}
+
+/// Radii that single numbers serve: outside, a ratio of distance to radius above 2^15 leaves f32 no
+/// silhouette (numerics 2.2: f32 holds to 1e5), and a surface too far from its centre no position.
+const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
+
+/// Materials that some surface has.
+fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {
+    let mut used = vec![false; scene.materials.len()];
+    let faces = scene.meshes.iter().flat_map(|m| m.faces.iter().map(|f| f.material));
+    let others = scene.polygons.iter().map(|p| p.material).chain(scene.spheres.iter().map(|s| s.material));
+    faces.chain(others).for_each(|m| used[m] = true);
+    scene.materials.iter().zip(used).filter_map(|(m, used)| used.then_some(m)).collect()
+}
+
+/// A number as a sum of two, each rounded as the kernels round.
+fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSphere {
+    // The surface point nearest the origin; for a centre at the origin, any.
+    let normal = normalized(-center).unwrap_or(DVec3::Y);
+    let point = center + radius * normal;
+    let split = |v: DVec3| {
+        let high = round.point(v);
+        (high.to_array(), round.point(v - high).to_array())
+    };
+    let ((point, point_low), (normal, normal_low)) = (split(point), split(normal));
+    let high = round.number(radius);
+    double::WideSphere {
+        point,
+        point_low,
+        normal,
+        normal_low,
+        radius: high,
+        radius_low: round.number(radius - high),
+    }
+}
+
+/// How the kernels of a precision round.
+#[derive(Clone, Copy)]
+struct Rounding(Precision);
+
+impl Rounding {
+    fn number(self, x: f64) -> f64 {
+        if self.0 == Precision::Double { x } else { f64::from(x as f32) }
+    }
+
+    fn point(self, p: DVec3) -> DVec3 {
+        DVec3::new(self.number(p.x), self.number(p.y), self.number(p.z))
+    }
+
+    /// `pad_down` and `pad_up` of glsl/lib/box.glsl, operation by operation in the kernels' precision.
+    fn padded(self, lo: DVec3, hi: DVec3) -> Bounds {
+        let pad = |x: f64| self.number(bvh::PADDING * x.abs().max(1.0));
+        let axis = |f: &dyn Fn(usize) -> f64| DVec3::new(f(0), f(1), f(2));
+        Bounds {
+            lo: axis(&|a| self.number(lo[a] - pad(lo[a]))),
+            hi: axis(&|a| self.number(hi[a] + pad(hi[a]))),
+        }
+    }
+
+    /// `sphere_box` of the same file.
+    fn sphere_box(self, center: DVec3, radius: f64) -> Bounds {
+        let r = DVec3::splat(radius);
+        self.padded(self.point(center - r), self.point(center + r))
     }
 }
 
@@ -187,6 +283,7 @@ fn flatten(scene: &Scene, frame: &LocalFrame, eye: DVec3, solids: &mut Vec<Solid
             solids.push(Solid {
                 bounds: shell().flatten().fold(Bounds::EMPTY, Bounds::with),
                 ior: scene.materials[face.material].ior,
+                priority: scene.materials[face.material].priority,
                 contains_eye: inside::contains(shell(), eye),
             });
             solids.len() as u32
@@ -214,13 +311,13 @@ fn branches(m: &crate::scene::Material) -> bool {
     m.refracts() && !matches!(m.fresnel, Fresnel::Constant(f) if f <= 0.0)
 }
 
-fn material(m: &crate::scene::Material) -> abi::Material {
+fn material(m: &crate::scene::Material) -> double::Material {
     let (fresnel_kind, fresnel) = match m.fresnel {
         Fresnel::Constant(f) => (abi::FRESNEL_CONSTANT, f as f32),
         Fresnel::Schlick => (abi::FRESNEL_SCHLICK, 0.0),
         Fresnel::Exact => (abi::FRESNEL_EXACT, 0.0),
     };
-    abi::Material {
+    double::Material {
         diffuse: m.diffuse.as_vec3().into(),
         ambient: m.ambient as f32,
         secondary: m.secondary as f32,
@@ -230,11 +327,15 @@ fn material(m: &crate::scene::Material) -> abi::Material {
     }
 }
 
-fn light(l: &crate::scene::Light, frame: &LocalFrame) -> abi::Light {
+fn light(l: &crate::scene::Light, frame: &LocalFrame) -> double::Light {
     let position = frame.point(l.position);
     let far = (position.length() / LIGHT_FAR).max(1.0);
     let local = |c: f64| crate::frame::times_power_of_two(c / (far * far), 2 * frame.scale_log2) as f32;
-    abi::Light { position: (position / far).as_vec3().into(), intensity: l.intensity.to_array().map(local) }
+    double::Light {
+        position: (position / far).to_array(),
+        intensity: l.intensity.to_array().map(local),
+        pad: 0,
+    }
 }
 
 /// How many solids a ray can be in at once, and those the eye is in, outermost (largest) first.
@@ -260,27 +361,31 @@ fn media(solids: &[Solid]) -> (u32, Vec<u32>) {
 }
 
 impl Packed {
-    /// The camera for an image of `width` x `height` pixels.
-    pub fn camera(&self, scene: &Scene, width: u32, height: u32) -> abi::Camera {
+    /// The camera of `scene` under `settings`.
+    pub fn camera(&self, scene: &Scene, settings: &Settings) -> double::Camera {
         let c = &scene.camera;
         let forward = (c.look_at - c.look_from).normalize();
         let right = forward.cross(c.up).normalize();
         let up = right.cross(forward);
         let (eye, advance) = self.frame.eye(c, forward);
         let half_height = (c.fov / 2.0).tan();
-        let half_width = half_height * f64::from(width) / f64::from(height);
+        let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();
-        abi::Camera {
-            origin: (eye + advance * forward).as_vec3().into(),
-            forward: forward.as_vec3().into(),
-            right: (half_width * right).as_vec3().into(),
-            up: (half_height * up).as_vec3().into(),
-            advance: advance as f32,
-            step_x: (2.0 / f64::from(width)) as f32,
-            step_y: (2.0 / f64::from(height)) as f32,
+        double::Camera {
+            origin: (eye + advance * forward).to_array(),
+            forward: forward.to_array(),
+            right: (half_width * right).to_array(),
+            up: (half_height * up).to_array(),
+            advance,
+            step_x: 2.0 / f64::from(settings.width),
+            step_y: 2.0 / f64::from(settings.height),
             background_r: background.x,
             background_g: background.y,
             background_b: background.z,
+            origin_shift: match settings.origin {
+                Origin::Bound => 0.0,
+                Origin::Fixed(x) => self.frame.length(x) as f32,
+            },
         }
     }
 
@@ -291,16 +396,14 @@ impl Packed {
 
     /// What the scene requires, in plain words.
     pub fn features(&self) -> Vec<&'static str> {
-        let mirror = self.materials.iter().any(|m| {
-            m.secondary > 0.0 && !(m.fresnel_kind == abi::FRESNEL_CONSTANT && m.fresnel == 0.0)
-        });
         [
             ("triangles", !self.triangles.is_empty()),
             ("smooth normals", !self.corner_normals.is_empty()),
             ("spheres", !self.spheres.is_empty()),
+            ("spheres beyond single precision", !self.wide_spheres.is_empty()),
             ("bvh", self.bvh_depth > 0),
             ("lights", !self.lights.is_empty()),
-            ("mirror", mirror),
+            ("mirror", self.mirror),
             ("refraction", self.media_capacity > 0),
             ("nested media", self.media_capacity > 1),
             ("branching", self.branching),

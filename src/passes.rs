@@ -49,7 +49,7 @@ use Buf::*;
 
 /// The buffers of the scene that closest hit and occlusion read.
 macro_rules! shapes {
-    ($($more:ident),*) => { &[Triangles, TriangleInfos, Spheres, SphereInfos, Nodes, $($more),*] };
+    ($($more:ident),*) => { &[Triangles, TriangleInfos, Spheres, WideSpheres, SphereInfos, Nodes, $($more),*] };
 }
 
 /// Once per batch, before the first depth.
@@ -73,7 +73,18 @@ pub const PER_DEPTH: &[Pass] = &[
     Pass {
         kernel: Kernel::Shade,
         reads: &[
-            Triangles, TriangleInfos, CornerNormals, Spheres, SphereInfos, Materials, SolidIors, Rays, Media, Queue,
+            Triangles,
+            TriangleInfos,
+            CornerNormals,
+            Spheres,
+            WideSpheres,
+            SphereInfos,
+            Materials,
+            SolidIors,
+            SolidPriorities,
+            Rays,
+            Media,
+            Queue,
             Hits,
         ],
         writes: &[Surfaces, Totals],
@@ -89,7 +100,18 @@ pub const PER_DEPTH: &[Pass] = &[
     },
     Pass {
         kernel: Kernel::Spawn,
-        reads: &[Materials, Rays, Media, Queue, NextQueue, Surfaces, Offsets, Counters],
+        reads: &[
+            Camera,
+            Materials,
+            SolidPriorities,
+            Rays,
+            Media,
+            Queue,
+            NextQueue,
+            Surfaces,
+            Offsets,
+            Counters,
+        ],
         writes: &[NextRays, NextMedia, Counters],
         size: Size::Rays,
         when: When::NotLast,

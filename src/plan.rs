@@ -3,7 +3,7 @@
 
 use crate::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::pack::Packed;
-use crate::settings::Settings;
+use crate::settings::{Origin, Precision, Settings};
 
 /// The limits of a device that a plan depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,6 +90,9 @@ impl Plan {
                 use_bvh: u32::from(packed.bvh_depth > 0),
                 smooth_normals: u32::from(!packed.corner_normals.is_empty()),
                 media_capacity: packed.media_capacity,
+                wide_spheres_used: u32::from(!packed.wide_spheres.is_empty()),
+                robust: u32::from(settings.precision != Precision::Fast),
+                origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
             },
@@ -131,7 +134,8 @@ impl Plan {
         let width = x1 - x0;
         let rows = (batch / width).clamp(1, y1 - y0);
         self.tile_pixels = (rows * width).min(batch);
-        let (capacity, tile, batch) = (u64::from(self.capacity), u64::from(self.tile_pixels), u64::from(batch));
+        let (capacity, tile, batch) =
+            (u64::from(self.capacity), u64::from(self.tile_pixels), u64::from(batch));
         let groups = capacity.div_ceil(u64::from(self.specialisation.workgroup)) + 1;
         let media = u64::from(packed.media_capacity);
         self.buffer_bytes = abi::BUFFERS
@@ -143,14 +147,18 @@ impl Plan {
                     Buf::TriangleInfos => packed.triangle_infos.len() as u64,
                     Buf::CornerNormals => packed.corner_normals.len() as u64,
                     Buf::Spheres => packed.spheres.len() as u64,
+                    Buf::WideSpheres => packed.wide_spheres.len() as u64,
                     Buf::SphereInfos => packed.sphere_infos.len() as u64,
                     Buf::Nodes => packed.nodes.len() as u64,
                     Buf::Materials => packed.materials.len() as u64,
                     Buf::Lights => packed.lights.len() as u64,
                     Buf::SolidIors => packed.solid_iors.len() as u64,
+                    Buf::SolidPriorities => packed.solid_priorities.len() as u64,
                     Buf::EyeMedia => media,
                     Buf::Rays | Buf::NextRays | Buf::Hits | Buf::Surfaces => capacity,
-                    Buf::Contributions if packed.branching || packed.lights.len() as u32 > self.lights_per_pass => {
+                    Buf::Contributions
+                        if packed.branching || packed.lights.len() as u32 > self.lights_per_pass =>
+                    {
                         capacity
                     }
                     Buf::Contributions => 1,
@@ -162,7 +170,7 @@ impl Plan {
                     Buf::Counters => u64::from(abi::COUNTERS),
                 };
                 // Vulkan knows no empty buffer.
-                count.max(1) * element_bytes(element)
+                count.max(1) * element_bytes(element, settings.precision)
             })
             .collect();
     }
@@ -192,9 +200,10 @@ impl Plan {
 }
 
 /// Bytes of a buffer's element by its GLSL name.
-pub fn element_bytes(element: &str) -> u64 {
+pub fn element_bytes(element: &str, precision: Precision) -> u64 {
+    let structs = if precision == Precision::Double { abi::double::STRUCTS } else { abi::single::STRUCTS };
     let of_struct = |s: &&GpuStruct| s.name == element;
-    match (element, abi::STRUCTS.iter().find(of_struct)) {
+    match (element, structs.iter().find(of_struct)) {
         (_, Some(s)) => s.size as u64,
         ("vec3", None) => 12,
         _ => 4,

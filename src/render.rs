@@ -5,10 +5,14 @@ use crate::kernels::Kernel;
 use crate::pack::{Packed, pack};
 use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, Size, When};
 use crate::plan::{Plan, PlanError};
-use crate::report::{Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo, TimeInfo};
+use crate::report::{
+    Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo, TimeInfo,
+};
 use crate::scene::Scene;
-use crate::settings::{DeviceChoice, Settings};
+use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, Timed, VkError};
+use bytemuck::Pod;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -87,8 +91,8 @@ const SUBMIT_SECONDS: f64 = 0.25;
 /// A device, ready to render.
 pub struct Renderer {
     device: Rc<Device>,
-    /// Kernel variants built so far, with the seconds that building and first dispatches took.
-    variants: BTreeMap<Vec<u32>, Rc<Pipelines>>,
+    /// Kernel variants built so far, by precision and specialisation.
+    variants: BTreeMap<(bool, Vec<u32>), Rc<Pipelines>>,
     opened: Duration,
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
@@ -136,12 +140,18 @@ impl Renderer {
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let start = Instant::now();
-        let packed = pack(scene, self.brute_force);
+        if settings.precision == Precision::Double && !self.device.has_double() {
+            return Err(RenderError::NoDevice(format!(
+                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
+                self.device.info().name
+            )));
+        }
+        let packed = pack(scene, settings.precision, self.brute_force);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let built = start.elapsed();
 
         let start = Instant::now();
-        let (pipelines, fresh) = self.pipelines(&plan.specialisation)?;
+        let (pipelines, fresh) = self.pipelines(&plan.specialisation, settings.precision)?;
         let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
         frame.recorder.omit_barrier_after(self.omitted_barrier);
         if fresh {
@@ -166,12 +176,17 @@ impl Renderer {
         Ok(Rendered { width: x1 - x0, height: y1 - y0, linear, done, report })
     }
 
-    fn pipelines(&mut self, s: &Specialisation) -> Result<(Rc<Pipelines>, bool), RenderError> {
-        let key = s.values();
+    fn pipelines(
+        &mut self,
+        s: &Specialisation,
+        precision: Precision,
+    ) -> Result<(Rc<Pipelines>, bool), RenderError> {
+        let double = precision == Precision::Double;
+        let key = (double, s.values());
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, s)?);
+        let built = Rc::new(Pipelines::new(&self.device, s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }
@@ -278,9 +293,9 @@ impl Tally {
                 samples: settings.samples,
                 depth: settings.depth,
                 sampler: "random".into(),
-                precision: "robust".into(),
+                precision: settings.precision.name().into(),
                 seed: settings.seed,
-                origin: "bound".into(),
+                origin: settings.origin.name(),
                 crop: settings.crop,
             },
             plan: PlanInfo {
@@ -373,22 +388,31 @@ impl<'a> Frame<'a> {
         let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
         let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
-        let camera = [packed.camera(scene, settings.width, settings.height)];
-        let uploads: [(Buf, &[u8]); 11] = [
-            (Buf::Camera, bytemuck::cast_slice(&camera)),
-            (Buf::Triangles, bytemuck::cast_slice(&packed.triangles)),
-            (Buf::TriangleInfos, bytemuck::cast_slice(&packed.triangle_infos)),
-            (Buf::CornerNormals, bytemuck::cast_slice(&packed.corner_normals)),
-            (Buf::Spheres, bytemuck::cast_slice(&packed.spheres)),
-            (Buf::SphereInfos, bytemuck::cast_slice(&packed.sphere_infos)),
-            (Buf::Nodes, bytemuck::cast_slice(&packed.nodes)),
-            (Buf::Materials, bytemuck::cast_slice(&packed.materials)),
-            (Buf::Lights, bytemuck::cast_slice(&packed.lights)),
-            (Buf::SolidIors, bytemuck::cast_slice(&packed.solid_iors)),
-            (Buf::EyeMedia, bytemuck::cast_slice(&packed.eye_media)),
+        let camera = [packed.camera(scene, settings)];
+        let double = settings.precision == Precision::Double;
+        let uploads = [
+            (Buf::Camera, device_bytes::<_, abi::single::Camera>(&camera, double)),
+            (Buf::Triangles, device_bytes::<_, abi::single::Triangle>(&packed.triangles, double)),
+            (
+                Buf::TriangleInfos,
+                device_bytes::<_, abi::single::TriangleInfo>(&packed.triangle_infos, double),
+            ),
+            (
+                Buf::CornerNormals,
+                device_bytes::<_, abi::single::CornerNormals>(&packed.corner_normals, double),
+            ),
+            (Buf::Spheres, device_bytes::<_, abi::single::Sphere>(&packed.spheres, double)),
+            (Buf::WideSpheres, device_bytes::<_, abi::single::WideSphere>(&packed.wide_spheres, double)),
+            (Buf::SphereInfos, device_bytes::<_, abi::single::SphereInfo>(&packed.sphere_infos, double)),
+            (Buf::Nodes, device_bytes::<_, abi::single::Node>(&packed.nodes, double)),
+            (Buf::Materials, device_bytes::<_, abi::single::Material>(&packed.materials, double)),
+            (Buf::Lights, device_bytes::<_, abi::single::Light>(&packed.lights, double)),
+            (Buf::SolidIors, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_iors))),
+            (Buf::SolidPriorities, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_priorities))),
+            (Buf::EyeMedia, Cow::Borrowed(bytemuck::cast_slice(&packed.eye_media))),
         ];
         for (buffer, bytes) in uploads {
-            recorder.upload(&mut buffers, buffer, bytes)?;
+            recorder.upload(&mut buffers, buffer, &bytes)?;
         }
         Ok(Frame {
             pipelines,
@@ -430,7 +454,8 @@ impl<'a> Frame<'a> {
                 TileEnd::Done(samples) => {
                     let film = self.film(&tile)?;
                     for (i, pixel) in film.iter().enumerate() {
-                        let (x, y) = (tile.x - x0 + i as u32 % tile.width, tile.y - y0 + i as u32 / tile.width);
+                        let (x, y) =
+                            (tile.x - x0 + i as u32 % tile.width, tile.y - y0 + i as u32 / tile.width);
                         linear[(y * width + x) as usize] = mean(pixel, samples);
                     }
                     done += u64::from(tile.pixels()) * u64::from(samples);
@@ -622,6 +647,15 @@ impl<'a> Frame<'a> {
         self.recorder.submit(&self.buffers)?;
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.staging_bytes()[..bytes as usize]))
     }
+}
+
+/// Host structs as the kernels want them: f64 as they are, or each number rounded to f32.
+fn device_bytes<W: Pod, N: Pod + for<'w> From<&'w W>>(wide: &[W], double: bool) -> Cow<'_, [u8]> {
+    if double {
+        return Cow::Borrowed(bytemuck::cast_slice(wide));
+    }
+    let narrow: Vec<N> = wide.iter().map(N::from).collect();
+    Cow::Owned(bytemuck::cast_slice(&narrow).to_vec())
 }
 
 enum TileEnd {

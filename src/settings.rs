@@ -35,6 +35,50 @@ impl std::str::FromStr for DeviceChoice {
     }
 }
 
+/// Arithmetic of the kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
+pub enum Precision {
+    /// f32 without the rechecks: what a plain kernel does.
+    Fast,
+    /// f32, zero edge functions decided exactly, hits confined to their boxes, spheres beyond f32's
+    /// reach in double length.
+    #[default]
+    Robust,
+    /// f64 throughout, where the device has it.
+    Double,
+}
+
+impl Precision {
+    /// As the command line and the report spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::Fast => "fast",
+            Precision::Robust => "robust",
+            Precision::Double => "f64",
+        }
+    }
+}
+
+/// Where secondary and shadow rays start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Origin {
+    /// Off the surface by a bound on the hit point's rounding, the primitive itself skipped.
+    #[default]
+    Bound,
+    /// This far along the ray, metres, nothing skipped: for measuring what a fixed epsilon costs.
+    Fixed(f64),
+}
+
+impl Origin {
+    /// As the command line and the report spell it.
+    pub fn name(self) -> String {
+        match self {
+            Origin::Bound => "bound".into(),
+            Origin::Fixed(x) => format!("fixed:{x}"),
+        }
+    }
+}
+
 /// Settings of one render.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -48,6 +92,10 @@ pub struct Settings {
     pub depth: u32,
     /// Seed of the sampler.
     pub seed: u32,
+    /// Arithmetic of the kernels.
+    pub precision: Precision,
+    /// Where secondary and shadow rays start.
+    pub origin: Origin,
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size, and each pixel is the
     /// same as in the whole image.
     pub crop: Option<[u32; 4]>,
@@ -64,6 +112,8 @@ impl Settings {
             samples: scene.render.samples,
             depth: scene.render.depth,
             seed: 0,
+            precision: Precision::default(),
+            origin: Origin::default(),
             crop: None,
             schedule: Schedule::default(),
         }

@@ -1,7 +1,13 @@
-// Scalar building blocks with stated roundings. u = 2^-24, g(n) = n u / (1 - n u).
+// Scalar building blocks with stated roundings. u = unit roundoff of `real`, g(n) = n u / (1 - n u).
 // No dot(), cross(), length(), normalize(): their roundings are the driver's (numerics, finding 3).
 
-const real U = 5.9604644775390625e-8; // 2^-24, unit roundoff of f32
+#ifdef REAL_IS_DOUBLE
+const real U = 1.1102230246251565404236316680908203125e-16lf; // 2^-53
+const real SPLIT = 134217729.0lf;                              // 2^27 + 1
+#else
+const real U = 5.9604644775390625e-8; // 2^-24
+const real SPLIT = 4097.0;            // 2^12 + 1
+#endif
 
 real dot3(real3 a, real3 b) {
     return (a.x * b.x + a.y * b.y) + a.z * b.z;
@@ -27,10 +33,32 @@ real3 safe_normalize(real3 v) {
     return s / sqrt(dot3(s, s));
 }
 
-// NaN or infinity, by bits: isnan() may be folded away (numerics 2.6).
+// Exponent bits all set: NaN or infinity. By bits, since isnan() may be folded away (numerics 2.6).
+bool is_not_finite(real x) {
+#ifdef REAL_IS_DOUBLE
+    return (unpackDouble2x32(x).y & 0x7ff00000u) == 0x7ff00000u;
+#else
+    return (floatBitsToUint(x) & 0x7f800000u) == 0x7f800000u;
+#endif
+}
 bool is_not_finite(real3 v) {
-    uvec3 e = floatBitsToUint(v) & 0x7f800000u;
-    return e.x == 0x7f800000u || e.y == 0x7f800000u || e.z == 0x7f800000u;
+    return is_not_finite(v.x) || is_not_finite(v.y) || is_not_finite(v.z);
+}
+
+bool is_negative(real x) { // the sign bit: true for -0
+#ifdef REAL_IS_DOUBLE
+    return (unpackDouble2x32(x).y & 0x80000000u) != 0u;
+#else
+    return (floatBitsToUint(x) & 0x80000000u) != 0u;
+#endif
+}
+
+// a*b - p for p = fl(a*b), exactly: Dekker, Numer. Math. 18 (1971), with Veltkamp's split.
+real product_error(real a, real b, real p) {
+    real ca = SPLIT * a, cb = SPLIT * b;
+    real ah = ca - (ca - a), bh = cb - (cb - b);
+    real al = a - ah, bl = b - bh;
+    return ((ah * bh - p) + ah * bl + al * bh) + al * bl;
 }
 
 // One step of Neumaier's compensated sum, ZAMM 54 (1974) (numerics 8.6).

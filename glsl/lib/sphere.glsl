@@ -1,6 +1,13 @@
 // Ray/sphere: Haines, Guenther, Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection",
 // Ray Tracing Gems, 2019, ch. 7: the discriminant from the vector perpendicular to the ray, and the
 // roots without cancellation.
+#include "wide.glsl"
+
+// The nearest root ahead of t0 = c/q and t1 = q/a, or a negative number.
+real nearest_root(real t0, real t1) {
+    real near = t0 < t1 ? t0 : t1, far = t0 < t1 ? t1 : t0;
+    return near > 0.0 ? near : far;
+}
 
 // True if the ray meets the sphere at 0 < t; sets the nearest such t. `own`: the ray starts on this
 // sphere, where one root is 0 by definition and the other is the chord 2b/a (numerics, finding 6).
@@ -19,9 +26,39 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     // |f|^2 - r^2 as a product: the squares of two near-equal lengths would cancel.
     real length_f = sqrt(dot3(f, f));
     real c = (length_f - s.radius) * (length_f + s.radius);
-    real t0 = c / q, t1 = q / a;
-    real near = t0 < t1 ? t0 : t1, far = t0 < t1 ? t1 : t0;
-    t = near > 0.0 ? near : far;
+    t = nearest_root(c / q, q / a);
     // q == 0: tangent at the origin itself; no contact ahead.
     return discriminant >= 0.0 && q != 0.0 && t > 0.0;
+}
+
+// The same for a sphere whose radius f32 cannot tell from its distance, or the other way round
+// (numerics 2.2: from a ratio of 2^12 on). All in double length; c = |o - p|^2 + 2 r n.(o - p).
+bool hit_wide_sphere(WideSphere s, real3 o, real3 d, bool own, out real t) {
+    Wide3 n = wide3(s.normal, s.normal_low);
+    Wide r = Wide(s.radius, s.radius_low);
+    Wide3 to = wide_add(wide3(o, real3(0.0)), wide3(-s.point, -s.point_low));
+    Wide3 f = wide_add(to, wide_scale(r, n));
+    Wide3 dir = wide3(d, real3(0.0));
+    Wide a = wide_dot(dir, dir);
+    Wide b = wide_negative(wide_dot(f, dir));
+    if (own) {
+        t = 2.0 * b.hi / a.hi;
+        return b.hi > 0.0;
+    }
+    Wide height = wide_mul(r, wide_dot(n, to));
+    Wide c = wide_add(wide_dot(to, to), Wide(2.0 * height.hi, 2.0 * height.lo));
+    Wide discriminant; // times a
+    if (s.radius > 1.0) {
+        // Seen from near its surface, c is small and sharp.
+        discriminant = wide_add(wide_mul(b, b), wide_negative(wide_mul(a, c)));
+    } else {
+        // Seen from afar, what is perpendicular to the ray is.
+        Wide3 p = wide_add(f, wide_scale(wide_div(b, a), dir));
+        discriminant = wide_mul(a, wide_add(wide_mul(r, r), wide_negative(wide_dot(p, p))));
+    }
+    if (!(discriminant.hi >= 0.0)) return false;
+    Wide root = wide_sqrt(discriminant);
+    Wide q = wide_add(b, b.hi < 0.0 ? wide_negative(root) : root);
+    t = nearest_root(wide_div(c, q).hi, wide_div(q, a).hi);
+    return q.hi != 0.0 && t > 0.0;
 }

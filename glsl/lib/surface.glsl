@@ -33,6 +33,23 @@ real3 smooth_normal(CornerNormals c, real3 flat_normal, real3 geometric, real u,
     return side < 0.0 ? -n : n;
 }
 
+Point wide_sphere_point(WideSphere s, real3 o, real3 d, real t) {
+    Point p;
+    real3 at = o + t * d;
+    if (s.radius > 1.0) {
+        // The surface point itself is sharp; the centre is too far to help.
+        p.position = at;
+        p.geometric = safe_normalize(s.normal + (at - s.point) / s.radius);
+    } else {
+        p.geometric = safe_normalize(((o - s.point) + t * d) + s.radius * s.normal);
+        p.position = s.point + s.radius * (p.geometric - s.normal);
+    }
+    p.normal = p.geometric;
+    // o + t d rounds to 2u (|o| + t), t itself to 8u: 16u covers both with the next rounding.
+    p.offset = (16.0 * U) * ((max_component(o) + t * max_component(d)) + max_component(p.position)) * p.geometric;
+    return p;
+}
+
 Point sphere_point(Sphere s, real3 o, real3 d, real t) {
     Point p;
     p.geometric = safe_normalize((o - s.center) + t * d);
@@ -42,16 +59,17 @@ Point sphere_point(Sphere s, real3 o, real3 d, real t) {
     return p;
 }
 
-// The next float away from zero offset, per component: what adding a tiny offset may have lost.
+// At least the next number toward `by`: what adding a tiny offset may have lost. 2u |x| is at least
+// one unit in the last place of x.
 real nudge(real x, real by) {
-    if (by == 0.0) return x;
-    if (x == 0.0) return by > 0.0 ? 1.17549435e-38 : -1.17549435e-38; // denormals may be flushed
-    uint bits = floatBitsToUint(x);
-    return uintBitsToFloat((x > 0.0) == (by > 0.0) ? bits + 1u : bits - 1u);
+    real step_ = (2.0 * U) * abs(x);
+    return by > 0.0 ? x + step_ : (by < 0.0 ? x - step_ : x);
 }
 
-// Origin of a ray that leaves the surface in `direction`: moved off it to that side.
-real3 spawn_origin(real3 position, real3 offset, real3 direction) {
+// Origin of a ray that leaves the surface in unit `direction`: moved off it to that side, or, where a
+// fixed epsilon is being measured, `shift` along the direction.
+real3 spawn_origin(real3 position, real3 offset, real3 direction, float shift) {
+    if (origin_fixed != 0u) return position + real(shift) * direction;
     real3 o = dot3(direction, offset) < 0.0 ? -offset : offset;
     real3 p = position + o;
     return real3(nudge(p.x, o.x), nudge(p.y, o.y), nudge(p.z, o.z));

@@ -1,6 +1,6 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
-// spheres. Needs READS(triangles), READS(triangle_infos), READS(spheres), READS(sphere_infos),
-// READS(nodes), UPDATES(counters).
+// spheres. Needs READS(triangles), READS(triangle_infos), READS(spheres), READS(wide_spheres),
+// READS(sphere_infos), READS(nodes), UPDATES(counters).
 #include "numeric.glsl"
 #include "triangle.glsl"
 #include "sphere.glsl"
@@ -12,12 +12,13 @@ const real FAR = 3.0e38;
 struct TraceRay {
     real3 origin;
     real3 direction;
+    real3 inverse; // of the direction, bounded
     Shear shear;
     uint skip; // primitive the ray starts on, or NONE
 };
 
 TraceRay make_trace_ray(real3 origin, real3 direction, uint skip) {
-    return TraceRay(origin, direction, make_shear(direction), skip);
+    return TraceRay(origin, direction, safe_reciprocal(direction), make_shear(direction), skip);
 }
 
 // Position in the scene's own order: ties go to the smallest, whatever the storage order.
@@ -26,16 +27,39 @@ uint primitive_id(uint primitive) {
                                       : sphere_infos[primitive - triangle_count].id;
 }
 
-// Tests one primitive against the best hit so far.
+// Tests one primitive against the best hit so far. A hit must lie in the primitive's own box, and
+// its t is confined to the box's interval: whatever rounding did to t, no node around the primitive
+// is culled then, and the hierarchy finds what brute force finds, bit for bit (numerics 2.4).
 void test_primitive(uint primitive, TraceRay r, inout Hit best) {
-    Hit h = Hit(FAR, 0.0, 0.0, primitive);
+    Hit h;
+    h.u = h.v = 0.0;
+    h.primitive = primitive;
     bool hit;
+    real3 lo, hi;
     if (primitive < triangle_count) {
-        hit = hit_triangle(triangles[primitive], r.origin, r.shear, h.t, h.u, h.v) && primitive != r.skip;
+        Triangle t = triangles[primitive];
+        hit = hit_triangle(t, r.origin, r.shear, h.t, h.u, h.v) && primitive != r.skip;
+        if (!hit) return;
+        triangle_box(t, lo, hi);
     } else {
-        hit = hit_sphere(spheres[primitive - triangle_count], r.origin, r.direction, primitive == r.skip, h.t);
+        Sphere s = spheres[primitive - triangle_count];
+        if (wide_spheres_used != 0u && s.radius < 0.0) {
+            s.radius = -s.radius;
+            WideSphere w = wide_spheres[sphere_infos[primitive - triangle_count].wide];
+            hit = hit_wide_sphere(w, r.origin, r.direction, primitive == r.skip, h.t);
+        } else {
+            hit = hit_sphere(s, r.origin, r.direction, primitive == r.skip, h.t);
+        }
+        if (!hit) return;
+        sphere_box(s, lo, hi);
     }
-    if (!hit || h.t > best.t) return;
+    if (robust != 0u) {
+        real near, far;
+        box_interval(lo, hi, r.origin, r.inverse, near, far);
+        if (near > far) return;
+        h.t = h.t < near ? near : (h.t > far ? far : h.t);
+    }
+    if (h.t > best.t) return;
     // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
     if (h.t < best.t || (best.primitive != NONE && primitive_id(primitive) < primitive_id(best.primitive))) {
         best = h;
@@ -50,7 +74,6 @@ void walk_brute(TraceRay r, bool any, inout Hit best) {
 }
 
 void walk_bvh(TraceRay r, bool any, inout Hit best) {
-    real3 inv = real3(safe_reciprocal(r.direction.x), safe_reciprocal(r.direction.y), safe_reciprocal(r.direction.z));
     uint stack[STACK_SIZE];
     real entry[STACK_SIZE];
     uint top = 0u, steps = 0u;
@@ -70,8 +93,8 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
             if (any && best.primitive != NONE) return;
         } else {
             Node n = nodes[current];
-            real t0 = enter_box(n.lo_0, n.hi_0, r.origin, inv, best.t);
-            real t1 = enter_box(n.lo_1, n.hi_1, r.origin, inv, best.t);
+            real t0 = enter_box(n.lo_0, n.hi_0, r.origin, r.inverse, best.t);
+            real t1 = enter_box(n.lo_1, n.hi_1, r.origin, r.inverse, best.t);
             bool in0 = t0 >= 0.0, in1 = t1 >= 0.0;
             if (in0 || in1) {
                 bool first0 = in0 && (!in1 || t0 <= t1);

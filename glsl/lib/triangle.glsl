@@ -23,14 +23,6 @@ Shear make_shear(real3 d) {
     return Shear(kz, p.x / p.z, p.y / p.z, 1.0 / p.z);
 }
 
-// a*b - p for p = fl(a*b), exactly: Dekker, Numer. Math. 18 (1971), with Veltkamp's split by 2^12 + 1.
-real product_error(real a, real b, real p) {
-    real ca = 4097.0 * a, cb = 4097.0 * b;
-    real ah = ca - (ca - a), bh = cb - (cb - b);
-    real al = a - ah, bl = b - bh;
-    return ((ah * bh - p) + ah * bl + al * bh) + al * bl;
-}
-
 // Sign-exact a*b - c*d where the rounded difference was zero: then both products round to the same
 // number, and what is left is the difference of their errors.
 real exact_edge(real a, real b, real c, real d, real rounded) {
@@ -48,7 +40,7 @@ bool hit_triangle(Triangle tri, real3 o, Shear s, out real t, out real u, out re
     real ua = cx * by - cy * bx;
     real vb = ax * cy - ay * cx;
     real wc = bx * ay - by * ax;
-    if (ua == 0.0 || vb == 0.0 || wc == 0.0) {
+    if (robust != 0u && (ua == 0.0 || vb == 0.0 || wc == 0.0)) {
         ua = exact_edge(cx, by, cy, bx, ua);
         vb = exact_edge(ax, cy, ay, cx, vb);
         wc = exact_edge(bx, ay, by, ax, wc);

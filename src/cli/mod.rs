@@ -5,7 +5,7 @@ mod values;
 pub use values::{Crop, Output, Size};
 
 use crate::generate::Shape;
-use crate::settings::DeviceChoice;
+use crate::settings::{DeviceChoice, Origin, Precision};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -101,6 +101,14 @@ pub struct RenderArgs {
     /// Seed of the sampler
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
+
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    pub precision: Precision,
+
+    /// Where secondary rays start: `bound` (off the surface by an error bound) or `fixed:X` (X metres along the ray, for measuring)
+    #[arg(long, value_name = "WHICH", value_parser = values::origin, default_value = "bound")]
+    pub origin: Origin,
 
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size
     #[arg(long, value_name = "x0,y0,x1,y1")]

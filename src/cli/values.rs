@@ -1,7 +1,7 @@
 //! Values of options, checked as they are read.
 
 use crate::image::Format;
-use crate::settings::DeviceChoice;
+use crate::settings::{DeviceChoice, Origin, Precision};
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -95,6 +95,25 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
 /// An empty text (an empty environment variable) leaves the choice open.
 pub(super) fn device(text: &str) -> Result<DeviceChoice, Infallible> {
     if text.is_empty() { Ok(DeviceChoice::Best) } else { text.parse() }
+}
+
+/// `--precision`.
+pub fn precision(text: &str) -> Result<Precision, String> {
+    [Precision::Fast, Precision::Robust, Precision::Double]
+        .into_iter()
+        .find(|p| p.name() == text)
+        .ok_or_else(|| "write fast, robust or f64".into())
+}
+
+/// `--origin`.
+pub fn origin(text: &str) -> Result<Origin, String> {
+    let fixed = |x: &str| x.parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0).map(Origin::Fixed);
+    match text.strip_prefix("fixed:") {
+        None if text == "bound" => Some(Origin::Bound),
+        None => None,
+        Some(x) => fixed(x),
+    }
+    .ok_or_else(|| "write bound, or fixed:X with a distance X >= 0 in metres".into())
 }
 
 #[cfg(test)]

@@ -71,6 +71,8 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
     settings.samples = args.samples.unwrap_or(settings.samples);
     settings.depth = args.depth.unwrap_or(settings.depth);
     settings.seed = args.seed;
+    settings.precision = args.precision;
+    settings.origin = args.origin;
     if let Some(Crop(crop)) = args.crop {
         let [.., x1, y1] = crop;
         let Settings { width, height, .. } = settings;

@@ -16,15 +16,23 @@ pub(super) const IOR_RULE: &str = "from 0.001 to 1000 (air 1, water 1.33, glass 
 /// The rule for shares and weights.
 pub(super) const SHARE_RULE: &str = "from 0 to 1";
 
+/// The rule for priorities.
+pub(super) const PRIORITY_RULE: &str = "a whole number from -1000 to 1000";
+
+/// True for a priority.
+fn is_priority(x: f64) -> bool {
+    x.fract() == 0.0 && (-1000.0..=1000.0).contains(&x)
+}
+
 /// True for a share or weight.
 pub(super) fn is_share(x: f64) -> bool {
     (0.0..=1.0).contains(&x)
 }
 
 /// Reads the table of material `name`. All but `diffuse` have defaults: `ambient` 0.1, `secondary` 0,
-/// `fresnel` 1 (a mirror), `ior` 1.5.
+/// `fresnel` 1 (a mirror), `ior` 1.5, `priority` 0.
 pub(super) fn material(name: &str, table: &Table) -> Result<Material, SceneError> {
-    table.only(&["diffuse", "ambient", "secondary", "fresnel", "ior"])?;
+    table.only(&["diffuse", "ambient", "secondary", "fresnel", "ior", "priority"])?;
     let or = |key, default, accept: fn(f64) -> bool, rule| match table.get(key) {
         Some(value) => value.number_where(accept, rule),
         None => Ok(default),
@@ -35,6 +43,7 @@ pub(super) fn material(name: &str, table: &Table) -> Result<Material, SceneError
         ambient: or("ambient", AMBIENT, within_f32, NOT_NEGATIVE)?,
         secondary: or("secondary", 0.0, is_share, SHARE_RULE)?,
         fresnel: table.get("fresnel").map_or(Ok(Fresnel::Constant(1.0)), |value| fresnel(&value))?,
+        priority: or("priority", 0.0, is_priority, PRIORITY_RULE)? as i32,
         ior: or("ior", IOR, |x| IOR_RANGE.contains(&x), IOR_RULE)?,
     })
 }

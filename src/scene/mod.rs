@@ -111,6 +111,8 @@ pub struct Material {
     pub fresnel: Fresnel,
     /// Index of refraction inside, in [1e-3, 1e3].
     pub ior: f64,
+    /// Where solids overlap, the one of highest priority fills the space; of equal ones the last entered.
+    pub priority: i32,
 }
 
 impl Material {

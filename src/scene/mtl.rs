@@ -205,6 +205,7 @@ impl Written {
             secondary: self.secondary.unwrap_or(secondary),
             fresnel: self.fresnel.unwrap_or(fresnel),
             ior: self.ni.unwrap_or(IOR),
+            priority: 0,
         }
     }
 }

@@ -5,9 +5,9 @@ use super::device::Device;
 use super::error::{VkError, call};
 use crate::abi::BUFFERS;
 use ash::vk;
-use std::rc::Rc;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::rc::Rc;
 
 /// One buffer with its memory.
 struct Slot {
@@ -32,7 +32,8 @@ impl Buffers {
     pub fn new(device: &Rc<Device>, bytes: &[u64], readback: u64) -> Result<Buffers, VkError> {
         let staging = allocate(device, "staging", readback.max(STAGING_LEAST), MemoryLocation::GpuToCpu)?;
         let marker = allocate(device, "marker", 4, MemoryLocation::GpuToCpu)?;
-        let mut buffers = Buffers { device: Rc::clone(device), slots: Vec::with_capacity(bytes.len()), staging, marker };
+        let mut buffers =
+            Buffers { device: Rc::clone(device), slots: Vec::with_capacity(bytes.len()), staging, marker };
         for ((name, ..), bytes) in BUFFERS.iter().zip(bytes) {
             buffers.slots.push(allocate(device, name, *bytes, MemoryLocation::GpuOnly)?);
         }
@@ -91,7 +92,8 @@ fn allocate(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -
         .map_err(|source| VkError::Memory { name: name.into(), bytes, source })
         .and_then(|allocation| {
             // SAFETY: memory and offset come from the allocator for exactly this buffer.
-            let bound = unsafe { device.raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
+            let bound =
+                unsafe { device.raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
             slot.allocation = Some(allocation);
             bound.map_err(call("vkBindBufferMemory", name))
         });

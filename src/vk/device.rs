@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-/// Descriptors of one kernel at most; the widest binds 15 storage buffers.
+/// Descriptors of one kernel at most; the widest binds 16 storage buffers.
 const STORAGE_BUFFERS_PER_STAGE: u32 = 16;
 
 /// How to get Vulkan where there is none.
@@ -34,9 +34,8 @@ impl Instance {
         // SAFETY: loads the system's Vulkan loader; its initialisers are trusted like any driver.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|e| VkError::NoDevice(format!("no Vulkan loader ({e}): {INSTALL_HINT}")))?;
-        let application = vk::ApplicationInfo::default()
-            .application_name(c"whitted")
-            .api_version(vk::API_VERSION_1_2);
+        let application =
+            vk::ApplicationInfo::default().application_name(c"whitted").api_version(vk::API_VERSION_1_2);
         let mut layers: Vec<*const c_char> = Vec::new();
         let mut extensions: Vec<*const c_char> = Vec::new();
         if validate {
@@ -134,11 +133,10 @@ impl Candidate {
             .unwrap_or(0);
         // SAFETY: `handle` came from this instance.
         let families = unsafe { instance.get_physical_device_queue_family_properties(handle) };
-        let queue_family = families
-            .iter()
-            .position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE))
-            .map(|i| i as u32);
-        let text = |s: Result<&CStr, _>| s.map(|s: &CStr| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let queue_family =
+            families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE)).map(|i| i as u32);
+        let text =
+            |s: Result<&CStr, _>| s.map(|s: &CStr| s.to_string_lossy().into_owned()).unwrap_or_default();
         Candidate {
             handle,
             properties: core,
@@ -197,7 +195,9 @@ impl Candidate {
         Limits {
             storage_range: u64::from(limits.max_storage_buffer_range),
             heap: self.heap,
-            workgroup_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
+            workgroup_invocations: limits
+                .max_compute_work_group_invocations
+                .min(limits.max_compute_work_group_size[0]),
             is_cpu: self.properties.device_type == vk::PhysicalDeviceType::CPU,
         }
     }
@@ -215,7 +215,8 @@ fn choose(all: Vec<Candidate>, choice: &DeviceChoice) -> Result<Candidate, VkErr
     if all.is_empty() {
         return Err(VkError::NoDevice(format!("Vulkan is here, but no device: {INSTALL_HINT}")));
     }
-    let names = all.iter().enumerate().map(|(i, c)| format!("{i}: {}", c.name)).collect::<Vec<_>>().join("; ");
+    let names =
+        all.iter().enumerate().map(|(i, c)| format!("{i}: {}", c.name)).collect::<Vec<_>>().join("; ");
     let none = |what: String| VkError::NoDevice(format!("{what}; there are {names} (see `whitted devices`)"));
     let found = match choice {
         DeviceChoice::Best => {
@@ -270,14 +271,17 @@ impl Device {
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Device, VkError> {
         let instance = Instance::new(validate)?;
         let chosen = choose(candidates(&instance)?, choice)?;
-        let queue_family =
-            chosen.queue_family.ok_or_else(|| VkError::NoDevice("no compute queue".into()))?;
+        let queue_family = chosen.queue_family.ok_or_else(|| VkError::NoDevice("no compute queue".into()))?;
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&priorities)];
         let mut scalar = vk::PhysicalDeviceScalarBlockLayoutFeatures::default().scalar_block_layout(true);
-        let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut scalar);
+        let features = vk::PhysicalDeviceFeatures::default().shader_float64(chosen.float64);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&features)
+            .push_next(&mut scalar);
         // SAFETY: the physical device came from this instance; `info` lives through the call.
         let raw = unsafe { instance.raw.create_device(chosen.handle, &info, None) }
             .map_err(call("vkCreateDevice", chosen.name.as_str()))?;
@@ -314,7 +318,9 @@ impl Device {
         };
         // SAFETY: the driver checks the header of stored data and ignores what is not its own.
         device.cache = unsafe {
-            device.raw.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default().initial_data(&stored), None)
+            device
+                .raw
+                .create_pipeline_cache(&vk::PipelineCacheCreateInfo::default().initial_data(&stored), None)
         }
         .map_err(call("vkCreatePipelineCache", "device"))?;
         Ok(device)
@@ -334,6 +340,11 @@ impl Device {
     /// Limits that plans depend on.
     pub fn limits(&self) -> Limits {
         self.chosen.limits()
+    }
+
+    /// True if kernels may compute in f64.
+    pub fn has_double(&self) -> bool {
+        self.chosen.float64
     }
 
     /// Who it is.

@@ -19,7 +19,9 @@ pub enum VkError {
         result: vk::Result,
     },
     /// The device stopped answering.
-    #[error("the device was lost in or right after the pass `{pass}`; a driver's watchdog ends long submits: try --batch-samples 1 or a smaller --tile-pixels")]
+    #[error(
+        "the device was lost in or right after the pass `{pass}`; a driver's watchdog ends long submits: try --batch-samples 1 or a smaller --tile-pixels"
+    )]
     Lost {
         /// The last pass that was begun.
         pass: String,

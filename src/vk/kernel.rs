@@ -3,7 +3,7 @@
 use super::device::Device;
 use super::error::{VkError, call};
 use crate::abi::{BUFFERS, Push, Specialisation};
-use crate::kernels::{KERNELS, Kernel};
+use crate::kernels::{KERNELS, Kernel, KernelCode};
 use ash::vk;
 use std::rc::Rc;
 
@@ -28,12 +28,16 @@ pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
 }
 
 impl Pipelines {
-    /// Builds all pipelines.
-    pub fn new(device: &Rc<Device>, specialisation: &Specialisation) -> Result<Pipelines, VkError> {
+    /// Builds all pipelines; `double` needs a device with double precision.
+    pub fn new(
+        device: &Rc<Device>,
+        specialisation: &Specialisation,
+        double: bool,
+    ) -> Result<Pipelines, VkError> {
         let mut all = Pipelines { device: Rc::clone(device), pipelines: Vec::new() };
         let values = specialisation.values();
         for code in &KERNELS {
-            let pipeline = build(device, code, &values)?;
+            let pipeline = build(device, code, &values, double)?;
             all.pipelines.push(pipeline);
         }
         device.store_pipeline_cache();
@@ -45,7 +49,7 @@ impl Pipelines {
     }
 }
 
-fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> Result<Pipeline, VkError> {
+fn build(device: &Device, code: &KernelCode, values: &[u32], double: bool) -> Result<Pipeline, VkError> {
     let used = code.reads | code.writes;
     let bindings: Vec<_> = (0..BUFFERS.len() as u32)
         .filter(|b| used >> b & 1 == 1)
@@ -66,7 +70,7 @@ fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> 
     // SAFETY: `info` lives through the call.
     made.set_layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
         .map_err(call("vkCreateDescriptorSetLayout", code.name))?;
-    let result = finish(device, code, values, &mut made);
+    let result = finish(device, code, values, double, &mut made);
     if let Err(error) = result {
         destroy(device, &made);
         return Err(error);
@@ -76,8 +80,9 @@ fn build(device: &Device, code: &crate::kernels::KernelCode, values: &[u32]) -> 
 
 fn finish(
     device: &Device,
-    code: &crate::kernels::KernelCode,
+    code: &KernelCode,
     values: &[u32],
+    double: bool,
     made: &mut Pipeline,
 ) -> Result<(), VkError> {
     let sets = [made.set_layout];
@@ -88,7 +93,7 @@ fn finish(
     // SAFETY: `info` lives through the call.
     made.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
         .map_err(call("vkCreatePipelineLayout", code.name))?;
-    let words = code.spirv.words();
+    let words = (if double { code.double } else { code.single }).words();
     let info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the module was compiled and checked at build time.
     let module = unsafe { device.raw.create_shader_module(&info, None) }

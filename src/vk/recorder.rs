@@ -102,8 +102,8 @@ impl Recorder {
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(DISPATCHES_MAX as u32 + 1);
             // SAFETY: `info` lives through the call.
-            self.queries =
-                unsafe { raw.create_query_pool(&info, None) }.map_err(call("vkCreateQueryPool", "timestamps"))?;
+            self.queries = unsafe { raw.create_query_pool(&info, None) }
+                .map_err(call("vkCreateQueryPool", "timestamps"))?;
         }
         let per_parity: usize = KERNELS.iter().map(|k| (k.reads | k.writes).count_ones() as usize).sum();
         let sizes = [vk::DescriptorPoolSize {
@@ -121,8 +121,9 @@ impl Recorder {
                 self.sets.resize(KERNELS.len(), [vk::DescriptorSet::null(); 2]);
             }
             let layouts = [pipelines.get(pass.kernel).set_layout; 2];
-            let info =
-                vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
+            let info = vk::DescriptorSetAllocateInfo::default()
+                .descriptor_pool(self.descriptors)
+                .set_layouts(&layouts);
             // SAFETY: the pool was sized for all of them.
             let sets = unsafe { raw.allocate_descriptor_sets(&info) }
                 .map_err(call("vkAllocateDescriptorSets", pass.kernel.name()))?;
@@ -157,8 +158,7 @@ impl Recorder {
     pub fn begin(&mut self) -> Result<(), VkError> {
         self.recorded.clear();
         let raw = &self.device.raw;
-        let info =
-            vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the last submit was waited for.
         unsafe { raw.begin_command_buffer(self.commands, &info) }
             .map_err(call("vkBeginCommandBuffer", "frame"))?;
@@ -264,7 +264,9 @@ impl Recorder {
         }
         let stage = vk::ShaderStageFlags::COMPUTE;
         // SAFETY: recording; the range is the layout's.
-        unsafe { raw.cmd_push_constants(self.commands, pipeline.layout, stage, 0, bytemuck::bytes_of(&d.push)) };
+        unsafe {
+            raw.cmd_push_constants(self.commands, pipeline.layout, stage, 0, bytemuck::bytes_of(&d.push))
+        };
         match d.pass.size {
             Size::One => self.groups(1),
             Size::Samples | Size::Pixels => self.groups(d.items.div_ceil(self.workgroup)),
@@ -296,7 +298,12 @@ impl Recorder {
         let region = [vk::BufferCopy { src_offset: 0, dst_offset: offset, size: bytes }];
         // SAFETY: recording; the caller's plan sized both buffers.
         unsafe {
-            self.device.raw.cmd_copy_buffer(self.commands, buffers.handle(buffer), buffers.staging(), &region);
+            self.device.raw.cmd_copy_buffer(
+                self.commands,
+                buffers.handle(buffer),
+                buffers.staging(),
+                &region,
+            );
         }
         self.barrier();
     }
@@ -359,7 +366,12 @@ impl Recorder {
                 [vk::BufferCopy { src_offset: 0, dst_offset: (i * piece) as u64, size: part.len() as u64 }];
             // SAFETY: recording; the plan sized the buffer for these bytes.
             unsafe {
-                self.device.raw.cmd_copy_buffer(self.commands, buffers.staging(), buffers.handle(buffer), &region);
+                self.device.raw.cmd_copy_buffer(
+                    self.commands,
+                    buffers.staging(),
+                    buffers.handle(buffer),
+                    &region,
+                );
             }
             self.barrier();
             self.submit(buffers)?;

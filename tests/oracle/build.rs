@@ -18,6 +18,7 @@ pub fn matte() -> Material {
         secondary: 0.0,
         fresnel: Fresnel::Constant(1.0),
         ior: 1.0,
+        priority: 0,
     }
 }
 
