@@ -9,6 +9,8 @@ use whitted::abi::{self, Buf};
 use whitted::cli::Cli;
 use whitted::kernels::KERNELS;
 use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, Size, When};
+use whitted::plan::element_bytes;
+use whitted::settings::Precision;
 
 fn path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
@@ -98,11 +100,8 @@ fn the_pass_table_is_the_codes() {
 
 #[test]
 fn the_buffer_table_is_the_codes() {
-    let bytes = |element: &str| match element {
-        "vec3" => 12,
-        "float" | "uint" => 4,
-        name => abi::STRUCTS.iter().find(|s| s.name == name).expect("a shared struct").size,
-    };
+    let bytes = |element: &str| element_bytes(element, Precision::Robust);
+    let double = |element: &str| element_bytes(element, Precision::Double);
     // The comment above a buffer's line in abi.rs says what it holds.
     let source = read("src/abi.rs");
     let comment = |name: &str| {
@@ -114,18 +113,29 @@ fn the_buffer_table_is_the_codes() {
         words.reverse();
         words.join(" ").trim_end_matches('.').replace('|', "\\|")
     };
-    let mut table =
-        String::from("| binding | buffer | element | bytes | what it holds |\n|---:|---|---|---:|---|\n");
+    let mut table = String::from(
+        "| binding | buffer | element | bytes | in f64 | what it holds |\n|---:|---|---|---:|---:|---|\n",
+    );
     for (binding, (name, element, _)) in abi::BUFFERS.iter().enumerate() {
-        writeln!(table, "| {binding} | `{name}` | `{element}` | {} | {} |", bytes(element), comment(name))
-            .unwrap();
+        writeln!(
+            table,
+            "| {binding} | `{name}` | `{element}` | {} | {} | {} |",
+            bytes(element),
+            double(element),
+            comment(name)
+        )
+        .unwrap();
     }
-    let ray = 2 * bytes("Ray") + bytes("Hit") + bytes("Surface");
-    let (branching, sample, pixel) = (bytes("vec3"), bytes("vec3"), bytes("Film"));
+    let place = |bytes: &dyn Fn(&str) -> u64| 2 * bytes("Ray") + bytes("Hit") + bytes("Surface");
     writeln!(
         table,
-        "\nA place in a queue takes {ray} bytes, 8 more for each solid that a ray can be in, {branching} more where rays branch or \
-         lights come\nin groups. A sample of a batch takes {sample} bytes, a pixel of a tile {pixel}."
+        "\nA place in a queue takes {} bytes ({} in f64), 8 more for each solid that a ray can be in, {} more where rays branch or\n\
+         lights come in groups. A sample of a batch takes {} bytes, a pixel of a tile {}.",
+        place(&bytes),
+        place(&double),
+        bytes("vec3"),
+        bytes("vec3"),
+        bytes("Film")
     )
     .unwrap();
     check_table("buffers", &table);
