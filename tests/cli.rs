@@ -277,6 +277,18 @@ fn the_gallery_is_whole() {
     }
 }
 
+/// Ends its process even where the test fails before that.
+#[cfg(unix)]
+struct Stopped(std::process::Child);
+
+#[cfg(unix)]
+impl Drop for Stopped {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_with_130_and_a_partial_image() {
@@ -285,21 +297,22 @@ fn an_interrupt_ends_with_130_and_a_partial_image() {
     let (folder, at) = folder();
     let image = at("a.png");
     let size = ["--size", "120x100", "--samples", "1000000", "--batch-samples", "4"];
-    let mut child = Command::new(env!("CARGO_BIN_EXE_whitted"))
+    let child = Command::new(env!("CARGO_BIN_EXE_whitted"))
         .args(["render", SCENE, "-o", &image, "--device", "cpu", "-v"])
         .args(size)
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
+    let mut child = Stopped(child);
     // The first line of progress says that the render is under way.
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(lines.any(|line| line.starts_with("rendering: ")), "it ended before it was stopped");
     // The shell's own `kill`: the program of that name is not on every machine.
-    let interrupt = format!("kill -INT {}", child.id());
+    let interrupt = format!("kill -INT {}", child.0.id());
     assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
     let last = lines.last().unwrap();
     assert!(last.starts_with("interrupted: ") && last.ends_with("a.png"), "{last}");
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(child.0.wait().unwrap().code(), Some(130));
     assert_eq!(names(folder.path()), ["a.png"]);
     assert!(fs::read(&image).unwrap().starts_with(PNG));
 }
