@@ -18,8 +18,8 @@ UPDATES(counters)
 #include "trace.glsl"
 
 void main() {
-    uint i = item_index();
-    if (i >= queue[0].count) return;
+    // The last group's spare invocations do its last ray again: a return would put all loads under a mask.
+    uint i = min(item_index(), queue[0].count - 1u);
     TraceRay r = make_trace_ray(rays[i].origin, rays[i].direction, rays[i].skip);
     hits[i] = closest_hit(r, FAR, false);
 }

@@ -71,20 +71,22 @@ Surface strike(uint i) {
     s.eta = 1.0;
     if (media_capacity != 0u && m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)) {
         uint inside = medium(i, 0u);
-        here = solid_iors[inside];
         if (s.solid != 0u) {
             s.flags |= is_inside(i, s.solid) ? LEAVES : 0u;
             uint others = medium(i, s.solid);
-            if (others != 0u && solid_priorities[others] > solid_priorities[s.solid]) {
+            if (defect == DEFECT_ONE_MEDIUM) inside = others = 0u;
+            if (others != 0u && defect != DEFECT_NO_PRIORITY && solid_priorities[others] > solid_priorities[s.solid]) {
                 // Another solid's matter fills both sides: nothing is here for light.
                 s.share = 0.0;
                 s.flags |= PASSES | (push.depth < push.last_depth ? CHILD_REFRACTED : 0u);
                 return s;
             }
             // Entering: of equal priority, the solid entered last is the medium.
+            here = solid_iors[defect == DEFECT_ONE_MEDIUM && (s.flags & LEAVES) != 0u ? s.solid : inside];
             beyond = solid_iors[(s.flags & LEAVES) != 0u ? others : s.solid];
             s.eta = here / beyond;
         } else {
+            here = solid_iors[inside];
             beyond = m.ior; // a thin sheet: reflects like its material, refracts nothing
         }
     }

@@ -25,60 +25,59 @@ UPDATES(counters)
 #include "trace.glsl"
 #include "surface.glsl"
 
-// Light through the unshadowed lights of this pass: sum of intensity * cos / distance^2.
-vec3 direct_light(Surface s, inout uint shadow_rays) {
-    vec3 sum = vec3(0.0);
+// Light through light `l`, if nothing is between: intensity * cos / distance^2. No branch around the
+// walk by brute force: loads outside control flow are cheaper (trace.glsl).
+vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
+    real3 to_light = lights[l].position - s.position;
+    real along = dot3(to_light, s.normal);
+    bool faces = lit_at_all && along > 0.0 && dot3(to_light, s.offset) > 0.0;
+    real squared = dot3(to_light, to_light);
     // A light nearer than the spawn offset cannot be resolved; its distance is clamped (numerics 2.6).
-    real least = dot3(s.offset, s.offset);
-    for (uint l = push.light_begin; l < push.light_end; l++) {
-        real3 to_light = lights[l].position - s.position;
-        real along = dot3(to_light, s.normal);
-        if (!(along > 0.0) || !(dot3(to_light, s.offset) > 0.0)) continue;
-        shadow_rays++;
-        real squared = dot3(to_light, to_light);
-        if (squared < least) {
-            atomicAdd(counters[COUNTER_CLAMPED_LIGHTS], 1u);
-            squared = least;
-        }
-        real3 origin = spawn_origin(s.position, s.offset, origin_fixed != 0u ? to_light / sqrt(squared) : s.offset, camera[0].origin_shift);
-        uint skip = origin_fixed != 0u ? NONE : s.primitive;
-        // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
-        TraceRay r = make_trace_ray(origin, lights[l].position - origin, skip);
-        if (closest_hit(r, 1.0, true).primitive == NONE) {
-            sum += lights[l].intensity * float((along / sqrt(squared)) / squared);
-        }
+    real least_squared = dot3(s.offset, s.offset);
+    if (faces && squared < least_squared && defect != DEFECT_LIGHT_CONTACT) {
+        atomicAdd(counters[COUNTER_CLAMPED_LIGHTS], 1u);
+        squared = least_squared;
     }
-    return sum;
+    real3 away = origin_fixed != 0u ? to_light / sqrt(squared) : s.offset;
+    // What faces no light has no ray; any finite one stands in for it.
+    real3 origin = faces ? spawn_origin(s.position, s.offset, away, camera[0].origin_shift) : real3(0.0);
+    real3 direction = faces ? lights[l].position - origin : real3(1.0);
+    // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
+    TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
+    bool blocked = false;
+    if (use_bvh == 0u || faces) blocked = closest_hit(r, 1.0, true).primitive != NONE;
+    shadow_rays += faces ? 1u : 0u;
+    return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
 
 void main() {
-    uint i = item_index();
-    if (i >= queue[0].count) return;
+    uint item = item_index();
+    bool mine = item < queue[0].count;
+    // The last group's spare invocations do its last ray again, and write nothing.
+    uint i = min(item, queue[0].count - 1u);
     bool first = push.light_begin == 0u, last = push.light_end == light_count;
-    uint primitive = surfaces[i].primitive;
-    vec3 color = vec3(0.0);
-    if (primitive == NONE) {
-        if (!first) return;
-        color = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
-        last = true;
-    } else {
-        Surface s = surfaces[i];
-        Material m = materials[s.material];
-        vec3 light = first ? vec3(m.ambient) : contributions[i];
-        // Where another solid hides the surface, it has no colour of its own.
-        float own = (s.flags & PASSES) != 0u ? 0.0 : 1.0 - m.secondary;
-        uint shadow_rays = 0u;
-        if (own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0)) {
-            light += direct_light(s, shadow_rays);
-            if (shadow_rays > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, shadow_rays);
-        }
-        color = last ? own * (m.diffuse * light) : light;
+    Surface s = surfaces[i];
+    bool hit = s.primitive != NONE;
+    Material m = materials[hit ? s.material : 0u];
+    // Where another solid hides the surface, it has no colour of its own.
+    float own = hit && (s.flags & PASSES) == 0u ? 1.0 - m.secondary : 0.0;
+    bool lit_at_all = own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
+    vec3 light = first ? vec3(m.ambient) : contributions[i];
+    uint shadow_rays = 0u;
+    if (use_bvh != 0u) {
+        for (uint l = push.light_begin; l < push.light_end; l++) light += direct_light(s, lit_at_all, l, shadow_rays);
+    } else if (light_count != 0u) {
+        // Brute force takes one light a pass: no loop.
+        light += direct_light(s, lit_at_all, push.light_begin, shadow_rays);
     }
+    if (!mine) return;
+    if (shadow_rays > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, shadow_rays);
     if (!last) {
-        contributions[i] = color;
+        contributions[i] = light;
         return;
     }
-    vec3 weighted = rays[i].throughput * color;
+    vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
+    vec3 weighted = rays[i].throughput * (hit ? own * (m.diffuse * light) : background);
     if (branching != 0u) {
         contributions[i] = weighted;
     } else {

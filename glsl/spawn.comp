@@ -25,7 +25,7 @@ UPDATES(counters)
 
 // A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics 2.5).
 real3 above(real3 direction, real3 offset) {
-    if (smooth_normals == 0u) return direction;
+    if (smooth_normals == 0u || defect == DEFECT_BELOW_SURFACE) return direction;
     real3 n = safe_normalize(offset);
     real height = dot3(direction, n);
     return height < 4.0 * U ? safe_normalize(direction + (4.0 * U - height) * n) : direction;

@@ -422,6 +422,8 @@ constants! {
     FRESNEL_EXACT = 2;
     /// Workgroups per row of a large dispatch: the least maxComputeWorkGroupCount Vulkan promises.
     GROUPS_PER_ROW = 65_535;
+    /// Primitives whose tests brute force writes out one by one; more are a loop.
+    UNROLL_MAX = 64;
     /// Invocations of `scan`, whose one workgroup walks all totals; the least maxComputeWorkGroupInvocations is 128.
     SCAN_WIDTH = 128;
     /// Invocations per workgroup at most; words of a child mask = this / 32.
@@ -441,8 +443,60 @@ constants! {
     COUNTER_MEDIA_OVERFLOW = 4;
     /// Index into `counters`: a queue was too small; the submit's tile is void and is traced again in smaller batches.
     COUNTER_QUEUE_OVERFLOW = 5;
+    /// Numbers per item of `self_test`.
+    SELF_TEST_ROW = 11;
     /// Length of `counters`.
     COUNTERS = 6;
+    /// `defect`: Nothing is planted.
+    DEFECT_NONE = 0;
+    /// `defect`: Triangles by Moeller and Trumbore's test instead of the watertight one.
+    DEFECT_MOELLER_TRUMBORE = 1;
+    /// `defect`: Spheres by the schoolbook quadratic formula.
+    DEFECT_NAIVE_QUADRATIC = 2;
+    /// `defect`: Spheres by their nearer root alone.
+    DEFECT_SMALLER_ROOT = 3;
+    /// `defect`: A ray may hit the primitive it starts on.
+    DEFECT_NO_IDENTITY = 4;
+    /// `defect`: Rays start on the surface, not off it.
+    DEFECT_NO_OFFSET = 5;
+    /// `defect`: A hit's t is not confined to the primitive's box.
+    DEFECT_UNCONFINED = 6;
+    /// `defect`: Box tests without the allowance for rounding, reciprocals of zero as they come.
+    DEFECT_NARROW_SLAB = 7;
+    /// `defect`: Ties in t go to whichever primitive is tested first.
+    DEFECT_TRAVERSAL_TIES = 8;
+    /// `defect`: Samples are added without compensation.
+    DEFECT_NAIVE_SUM = 9;
+    /// `defect`: A ray knows only inside and outside, not which solids it is in.
+    DEFECT_ONE_MEDIUM = 10;
+    /// `defect`: Priorities of solids are ignored.
+    DEFECT_NO_PRIORITY = 11;
+    /// `defect`: Schlick's cosine is the incident one on both sides.
+    DEFECT_SCHLICK_INSIDE = 12;
+    /// `defect`: Total internal reflection is missed: the transmitted cosine is clamped at zero.
+    DEFECT_CLAMPED_CRITICAL = 13;
+    /// `defect`: Vectors are normalised without scaling first.
+    DEFECT_BLIND_NORMALISE = 14;
+    /// `defect`: Rays that are not finite are traced.
+    DEFECT_NAN_ACCEPTED = 15;
+    /// `defect`: The distance to a light is not bounded from below.
+    DEFECT_LIGHT_CONTACT = 16;
+    /// `defect`: Mirrored rays may go below the surface.
+    DEFECT_BELOW_SURFACE = 17;
+    /// `defect`: Kernels see the user's coordinates.
+    DEFECT_WORLD_FRAME = 18;
+    /// `defect`: Triangles without area are kept.
+    DEFECT_KEEP_DEGENERATE = 19;
+    /// `defect`: The eye is taken to be outside all solids.
+    DEFECT_EYE_IN_AIR = 20;
+    /// `defect`: Spheres beyond single precision are not told apart.
+    DEFECT_NO_WIDE = 21;
+    /// `defect`: Primary rays start at the eye, however far.
+    DEFECT_EYE_ORIGIN = 22;
+    /// `defect`: The traversal stack has four entries.
+    DEFECT_SHORT_STACK = 23;
+    /// `defect`: Boxes of the hierarchy are not padded.
+    DEFECT_HOST_TINY_BOX = 24;
 }
 
 macro_rules! specialisation {
@@ -453,6 +507,9 @@ macro_rules! specialisation {
         impl Specialisation {
             /// Values in id order.
             pub fn values(&self) -> Vec<u32> { vec![$(self.$name,)*] }
+        }
+        impl Default for Specialisation {
+            fn default() -> Self { Specialisation { $($name: $default,)* } }
         }
         /// Names and defaults in id order.
         pub const SPECIALISATION: &[(&str, u32)] = &[$((stringify!($name), $default),)*];
@@ -484,6 +541,8 @@ specialisation! {
     branching: 0;
     /// Loop cap of one traversal.
     loop_cap: 60_000;
+    /// A planted defect, for the tests of the tests; 0 = none.
+    defect: 0;
 }
 
 macro_rules! buffers {
@@ -554,4 +613,6 @@ buffers! {
     depth_counts / DepthCounts: "DepthCount";
     /// Counters.
     counters / Counters: "uint";
+    /// Operands and results of `selftest`; outside the frame.
+    self_test / SelfTest: "real";
 }

@@ -2,6 +2,7 @@
 
 use crate::abi::{self, double};
 use crate::bvh::{self, Bvh, Item};
+use crate::defect::Defect;
 use crate::frame::{Bounds, LocalFrame};
 use crate::inside;
 use crate::scene::{Fresnel, Scene};
@@ -76,13 +77,18 @@ struct FlatTriangle {
 
 /// Packs `scene` for kernels of a precision. `brute_force` overrides the choice between brute force
 /// and hierarchy.
-pub fn pack(scene: &Scene, precision: Precision, brute_force: Option<bool>) -> Packed {
-    let frame = LocalFrame::of(scene);
+pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Packed {
+    let precision = settings.precision;
+    let planted = |d: Defect| settings.planted == Some(d);
+    let mut frame = LocalFrame::of(scene);
+    if planted(Defect::WorldFrame) {
+        frame = LocalFrame::world(&frame);
+    }
     let eye = frame.point(scene.camera.look_from);
     let mut solids = Vec::new();
     let flat = flatten(scene, &frame, eye, &mut solids);
     let flat_count = flat.len() as u32;
-    let round = Rounding(precision);
+    let round = Rounding { precision, padding: if planted(Defect::TightBoxes) { 0.0 } else { bvh::PADDING } };
 
     let mut triangles = Vec::with_capacity(flat.len());
     let mut infos = Vec::with_capacity(flat.len());
@@ -95,7 +101,8 @@ pub fn pack(scene: &Scene, precision: Precision, brute_force: Option<bool>) -> P
         // From the rounded corners, in f64: of f32 numbers the products are exact, so zero means
         // exactly no area (numerics 1, scene load).
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let Some(geometric) = normalized(cross) else {
+        let kept = planted(Defect::KeepDegenerate).then_some(DVec3::Y);
+        let Some(geometric) = normalized(cross).or(kept) else {
             degenerate_triangles += 1;
             continue;
         };
@@ -135,7 +142,8 @@ pub fn pack(scene: &Scene, precision: Precision, brute_force: Option<bool>) -> P
             0
         };
         let rounded = round.point(center);
-        let is_wide = precision != Precision::Fast && !WIDE_RADII.contains(&radius);
+        let is_wide =
+            precision != Precision::Fast && !planted(Defect::NoWide) && !WIDE_RADII.contains(&radius);
         let (packed, wide) = if is_wide {
             wide_spheres.push(wide_sphere(center, radius, round));
             // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
@@ -168,7 +176,10 @@ pub fn pack(scene: &Scene, precision: Precision, brute_force: Option<bool>) -> P
     let (tri_order, sphere_order) = bvh.order.split_at(count);
     let pick = |i: &u32| *i as usize;
     let pick_sphere = |i: &u32| *i as usize - count;
-    let (media_capacity, eye_media) = media(&solids);
+    let (media_capacity, mut eye_media) = media(&solids);
+    if planted(Defect::EyeInAir) {
+        eye_media.fill(0);
+    }
     let used = used_materials(scene);
     Packed {
         frame,
@@ -232,11 +243,14 @@ fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSpher
 
 /// How the kernels of a precision round.
 #[derive(Clone, Copy)]
-struct Rounding(Precision);
+struct Rounding {
+    precision: Precision,
+    padding: f64,
+}
 
 impl Rounding {
     fn number(self, x: f64) -> f64 {
-        if self.0 == Precision::Double { x } else { f64::from(x as f32) }
+        if self.precision == Precision::Double { x } else { f64::from(x as f32) }
     }
 
     fn point(self, p: DVec3) -> DVec3 {
@@ -245,7 +259,7 @@ impl Rounding {
 
     /// `pad_down` and `pad_up` of glsl/lib/box.glsl, operation by operation in the kernels' precision.
     fn padded(self, lo: DVec3, hi: DVec3) -> Bounds {
-        let pad = |x: f64| self.number(bvh::PADDING * x.abs().max(1.0));
+        let pad = |x: f64| self.number(self.padding * x.abs().max(1.0));
         let axis = |f: &dyn Fn(usize) -> f64| DVec3::new(f(0), f(1), f(2));
         Bounds {
             lo: axis(&|a| self.number(lo[a] - pad(lo[a]))),
@@ -367,7 +381,10 @@ impl Packed {
         let forward = (c.look_at - c.look_from).normalize();
         let right = forward.cross(c.up).normalize();
         let up = right.cross(forward);
-        let (eye, advance) = self.frame.eye(c, forward);
+        let (eye, mut advance) = self.frame.eye(c, forward);
+        if settings.planted == Some(Defect::EyeOrigin) {
+            advance = 0.0;
+        }
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();

@@ -152,6 +152,15 @@ pub const EPILOGUE: &[Pass] = &[Pass {
     when: When::Always,
 }];
 
+/// Once per device, apart from any frame.
+pub const SELF_TEST: &[Pass] = &[Pass {
+    kernel: Kernel::Selftest,
+    reads: &[],
+    writes: &[SelfTest],
+    size: Size::Pixels,
+    when: When::Always,
+}];
+
 // The tables say what the compiled kernels do, or the build fails.
 const fn agrees(passes: &[Pass]) -> bool {
     let mut i = 0;
@@ -167,6 +176,8 @@ const fn agrees(passes: &[Pass]) -> bool {
 const _: () = assert!(agrees(PROLOGUE), "PROLOGUE differs from its kernels' buffer accesses");
 const _: () = assert!(agrees(PER_DEPTH), "PER_DEPTH differs from its kernels' buffer accesses");
 const _: () = assert!(agrees(EPILOGUE), "EPILOGUE differs from its kernels' buffer accesses");
+
+const _: () = assert!(agrees(SELF_TEST), "SELF_TEST differs from its kernel's buffer accesses");
 
 /// The buffer a depth sees under a name: odd depths (from 1) see them as named, even depths with
 /// each queue and its next exchanged.
@@ -185,7 +196,7 @@ pub fn at_depth(buffer: Buf, depth: u32) -> Buf {
     }
 }
 
-/// All rows, in frame order.
+/// All rows of the frame, in its order.
 pub fn all() -> impl Iterator<Item = &'static Pass> {
     PROLOGUE.iter().chain(PER_DEPTH).chain(EPILOGUE)
 }
@@ -197,7 +208,11 @@ mod tests {
     #[test]
     fn every_kernel_is_a_pass() {
         for code in &crate::kernels::KERNELS {
-            assert!(all().any(|p| p.kernel.name() == code.name), "{} is in no table", code.name);
+            assert!(
+                all().chain(SELF_TEST).any(|p| p.kernel.name() == code.name),
+                "{} is in no table",
+                code.name
+            );
         }
     }
 

@@ -73,9 +73,11 @@ impl Plan {
             true => BRANCHING_ROOM.min(1u32.checked_shl(settings.depth - 1).unwrap_or(u32::MAX)),
             false => 1,
         };
-        let lights_per_pass = (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS);
+        let by_brute_force = packed.bvh_depth == 0;
+        let lights_per_pass =
+            if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
         let per_light = abi::LOOP_CAP / lights_per_pass;
-        if packed.bvh_depth == 0 && packed.primitive_count() as u32 > per_light {
+        if by_brute_force && packed.primitive_count() as u32 > per_light {
             return Err(PlanError(format!(
                 "brute force over {} primitives passes the {per_light} loop iterations a kernel may run; use the hierarchy",
                 packed.primitive_count()
@@ -95,6 +97,7 @@ impl Plan {
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
+                defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
             tile_pixels: 0,
@@ -168,6 +171,7 @@ impl Plan {
                     Buf::Film => tile,
                     Buf::DepthCounts => u64::from(settings.depth) + 1,
                     Buf::Counters => u64::from(abi::COUNTERS),
+                    Buf::SelfTest => 1,
                 };
                 // Vulkan knows no empty buffer.
                 count.max(1) * element_bytes(element, settings.precision)
@@ -206,6 +210,7 @@ pub fn element_bytes(element: &str, precision: Precision) -> u64 {
     match (element, structs.iter().find(of_struct)) {
         (_, Some(s)) => s.size as u64,
         ("vec3", None) => 12,
+        ("real", None) if precision == Precision::Double => 8,
         _ => 4,
     }
 }

@@ -28,6 +28,11 @@ pub fn catch_interrupts() -> Result<()> {
     .context("cannot watch for Ctrl-C")
 }
 
+/// True after a Ctrl-C.
+pub fn interrupted() -> bool {
+    STOP.load(Ordering::SeqCst)
+}
+
 /// How progress is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
@@ -86,7 +91,7 @@ impl Observer for Progress {
     }
 
     fn cancelled(&self) -> bool {
-        STOP.load(Ordering::SeqCst)
+        interrupted()
     }
 }
 

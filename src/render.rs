@@ -9,6 +9,7 @@ use crate::report::{
     Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo, TimeInfo,
 };
 use crate::scene::Scene;
+use crate::selftest::{self, SelfTest};
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, Timed, VkError};
 use bytemuck::Pod;
@@ -93,6 +94,7 @@ pub struct Renderer {
     device: Rc<Device>,
     /// Kernel variants built so far, by precision and specialisation.
     variants: BTreeMap<(bool, Vec<u32>), Rc<Pipelines>>,
+    arithmetic: SelfTest,
     opened: Duration,
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
@@ -103,13 +105,39 @@ impl Renderer {
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
         let start = Instant::now();
         let device = Rc::new(Device::new(choice, validate)?);
+        let arithmetic = selftest::known(&device)?;
         Ok(Renderer {
             device,
+            arithmetic,
             variants: BTreeMap::new(),
             opened: start.elapsed(),
             brute_force: None,
             omitted_barrier: None,
         })
+    }
+
+    /// What the device's arithmetic is worth.
+    pub fn arithmetic(&self) -> &SelfTest {
+        &self.arithmetic
+    }
+
+    /// The settings that this device can keep, and why they differ from those asked for.
+    fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
+        let faults = self.arithmetic.single.faults();
+        if asked.precision != Precision::Robust || faults.is_empty() {
+            return (asked.clone(), Vec::new());
+        }
+        let why = faults.join("; ");
+        match self.arithmetic.double {
+            Some(double) if double.faults().is_empty() => (
+                Settings { precision: Precision::Double, ..asked.clone() },
+                vec![format!("rendered in f64, as this device's f32 cannot be trusted: {why}")],
+            ),
+            _ => (
+                asked.clone(),
+                vec![format!("bounds may not hold, as this device's f32 cannot be trusted: {why}")],
+            ),
+        }
     }
 
     /// Warnings and errors of the validation layer so far.
@@ -127,6 +155,10 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
+    pub(crate) fn brute_force(&self) -> Option<bool> {
+        self.brute_force
+    }
+
     /// Plants a missing barrier, for a test of the validation.
     pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
         self.omitted_barrier = kernel;
@@ -140,13 +172,10 @@ impl Renderer {
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let start = Instant::now();
-        if settings.precision == Precision::Double && !self.device.has_double() {
-            return Err(RenderError::NoDevice(format!(
-                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
-                self.device.info().name
-            )));
-        }
-        let packed = pack(scene, settings.precision, self.brute_force);
+        let (settings, warnings) = self.trusted(settings);
+        let settings = &settings;
+        self.check_precision(settings)?;
+        let packed = pack(scene, settings, self.brute_force);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let built = start.elapsed();
 
@@ -166,6 +195,7 @@ impl Renderer {
         let device = self.device.info();
         let mut report = frame.tally.report(settings, &packed, &plan);
         report.device = device;
+        report.warnings = warnings;
         report.time = TimeInfo {
             build: built.as_secs_f64(),
             first_dispatch: first_dispatch.as_secs_f64(),
@@ -176,7 +206,17 @@ impl Renderer {
         Ok(Rendered { width: x1 - x0, height: y1 - y0, linear, done, report })
     }
 
-    fn pipelines(
+    pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
+        if settings.precision == Precision::Double && !self.device.has_double() {
+            return Err(RenderError::NoDevice(format!(
+                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
+                self.device.info().name
+            )));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn pipelines(
         &mut self,
         s: &Specialisation,
         precision: Precision,
@@ -186,7 +226,7 @@ impl Renderer {
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, s, double)?);
+        let built = Rc::new(Pipelines::new(&self.device, crate::passes::all().map(|p| p.kernel), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }
@@ -362,10 +402,10 @@ fn row_group(depth: u32, place: usize) -> u32 {
 }
 
 /// One render in progress: buffers, recorder, and the state of the plan as it meets the scene.
-struct Frame<'a> {
-    pipelines: Rc<Pipelines>,
-    buffers: Buffers,
-    recorder: Recorder,
+pub(crate) struct Frame<'a> {
+    pub(crate) pipelines: Rc<Pipelines>,
+    pub(crate) buffers: Buffers,
+    pub(crate) recorder: Recorder,
     settings: &'a Settings,
     plan: &'a Plan,
     lights: u32,
@@ -376,7 +416,7 @@ struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    fn new(
+    pub(crate) fn new(
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
         packed: &Packed,

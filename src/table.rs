@@ -78,7 +78,9 @@ pub fn warnings(report: &Report) -> Vec<String> {
     ]
     .into_iter()
     .filter(|&(count, ..)| count > 0)
-    .map(|(count, noun, what)| format!("warning: {} {what}", plural(count, noun)))
+    .map(|(count, noun, what)| format!("{} {what}", plural(count, noun)))
+    .chain(report.warnings.iter().cloned())
+    .map(|warning| format!("warning: {warning}"))
     .collect()
 }
 

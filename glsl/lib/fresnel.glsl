@@ -2,7 +2,8 @@
 
 // cos of the transmitted angle squared; negative = total internal reflection. eta = n1 / n2.
 real transmitted_cosine_squared(real eta, real cosine) {
-    return 1.0 - eta * eta * (1.0 - cosine * cosine);
+    real k = 1.0 - eta * eta * (1.0 - cosine * cosine);
+    return defect == DEFECT_CLAMPED_CRITICAL && k < 0.0 ? real(0.0) : k;
 }
 
 // Unpolarised dielectric reflectance (numerics 8.10); ct = transmitted cosine.
@@ -17,7 +18,7 @@ real fresnel_exact(real n1, real n2, real c, real ct) {
 real fresnel_schlick(real n1, real n2, real c, real ct) {
     real r = (n1 - n2) / (n1 + n2);
     real r0 = r * r;
-    real m = 1.0 - (n1 > n2 ? ct : c);
+    real m = 1.0 - (n1 > n2 && defect != DEFECT_SCHLICK_INSIDE ? ct : c);
     real m2 = m * m;
     return r0 + (1.0 - r0) * (m2 * m2 * m);
 }

@@ -27,6 +27,7 @@ real max_component(real3 v) {
 // [1, 3], where neither overflow nor underflow touches it (numerics 8.5). 1 / sqrt, not
 // inversesqrt: both operations are correctly rounded on IEEE hardware.
 real3 safe_normalize(real3 v) {
+    if (defect == DEFECT_BLIND_NORMALISE) return v / sqrt(dot3(v, v));
     real m = max_component(v);
     if (!(m > 0.0)) return real3(0.0);
     real3 s = v / m;
@@ -64,6 +65,10 @@ real product_error(real a, real b, real p) {
 // One step of Neumaier's compensated sum, ZAMM 54 (1974) (numerics 8.6).
 void neumaier(inout vec3 sum, inout vec3 compensation, vec3 x) {
     vec3 t = sum + x;
+    if (defect == DEFECT_NAIVE_SUM) {
+        sum = t;
+        return;
+    }
     for (int i = 0; i < 3; i++) {
         compensation[i] += abs(sum[i]) >= abs(x[i]) ? (sum[i] - t[i]) + x[i] : (x[i] - t[i]) + sum[i];
     }

@@ -6,7 +6,7 @@
 // The nearest root ahead of t0 = c/q and t1 = q/a, or a negative number.
 real nearest_root(real t0, real t1) {
     real near = t0 < t1 ? t0 : t1, far = t0 < t1 ? t1 : t0;
-    return near > 0.0 ? near : far;
+    return near > 0.0 || defect == DEFECT_SMALLER_ROOT ? near : far;
 }
 
 // True if the ray meets the sphere at 0 < t; sets the nearest such t. `own`: the ray starts on this
@@ -15,9 +15,15 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     real3 f = o - s.center;
     real a = dot3(d, d);
     real b = -dot3(f, d);
-    if (own) {
+    if (own && defect != DEFECT_SMALLER_ROOT) {
         t = 2.0 * b / a;
         return b > 0.0;
+    }
+    if (defect == DEFECT_NAIVE_QUADRATIC) {
+        real disc = b * b - a * (dot3(f, f) - s.radius * s.radius);
+        real sq = sqrt(disc > 0.0 ? disc : real(0.0));
+        t = nearest_root((b - sq) / a, (b + sq) / a);
+        return disc >= 0.0 && t > 0.0;
     }
     real3 p = f + (b / a) * d;
     real discriminant = s.radius * s.radius - dot3(p, p);

@@ -69,6 +69,7 @@ real nudge(real x, real by) {
 // Origin of a ray that leaves the surface in unit `direction`: moved off it to that side, or, where a
 // fixed epsilon is being measured, `shift` along the direction.
 real3 spawn_origin(real3 position, real3 offset, real3 direction, float shift) {
+    if (defect == DEFECT_NO_OFFSET) return position;
     if (origin_fixed != 0u) return position + real(shift) * direction;
     real3 o = dot3(direction, offset) < 0.0 ? -offset : offset;
     real3 p = position + o;

@@ -27,33 +27,11 @@ uint primitive_id(uint primitive) {
                                       : sphere_infos[primitive - triangle_count].id;
 }
 
-// Tests one primitive against the best hit so far. A hit must lie in the primitive's own box, and
-// its t is confined to the box's interval: whatever rounding did to t, no node around the primitive
-// is culled then, and the hierarchy finds what brute force finds, bit for bit (numerics 2.4).
-void test_primitive(uint primitive, TraceRay r, inout Hit best) {
-    Hit h;
-    h.u = h.v = 0.0;
-    h.primitive = primitive;
-    bool hit;
-    real3 lo, hi;
-    if (primitive < triangle_count) {
-        Triangle t = triangles[primitive];
-        hit = hit_triangle(t, r.origin, r.shear, h.t, h.u, h.v) && primitive != r.skip;
-        if (!hit) return;
-        triangle_box(t, lo, hi);
-    } else {
-        Sphere s = spheres[primitive - triangle_count];
-        if (wide_spheres_used != 0u && s.radius < 0.0) {
-            s.radius = -s.radius;
-            WideSphere w = wide_spheres[sphere_infos[primitive - triangle_count].wide];
-            hit = hit_wide_sphere(w, r.origin, r.direction, primitive == r.skip, h.t);
-        } else {
-            hit = hit_sphere(s, r.origin, r.direction, primitive == r.skip, h.t);
-        }
-        if (!hit) return;
-        sphere_box(s, lo, hi);
-    }
-    if (robust != 0u) {
+// Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
+// confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
+// then, and the hierarchy finds what brute force finds, bit for bit (numerics 2.4).
+void take_hit(Hit h, real3 lo, real3 hi, TraceRay r, inout Hit best) {
+    if (robust != 0u && defect != DEFECT_UNCONFINED) {
         real near, far;
         box_interval(lo, hi, r.origin, r.inverse, near, far);
         if (near > far) return;
@@ -61,15 +39,51 @@ void test_primitive(uint primitive, TraceRay r, inout Hit best) {
     }
     if (h.t > best.t) return;
     // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
-    if (h.t < best.t || (best.primitive != NONE && primitive_id(primitive) < primitive_id(best.primitive))) {
+    if (h.t < best.t || (best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && primitive_id(h.primitive) < primitive_id(best.primitive))) {
         best = h;
     }
 }
 
-void walk_brute(TraceRay r, bool any, inout Hit best) {
-    for (uint i = 0u; i < triangle_count + sphere_count; i++) {
-        test_primitive(i, r, best);
-        if (any && best.primitive != NONE) return;
+void test_triangle(uint primitive, TraceRay r, inout Hit best) {
+    Triangle t = triangles[primitive];
+    uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
+    Hit h;
+    h.primitive = primitive;
+    if (hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v) && primitive != skip) {
+        real3 lo, hi;
+        triangle_box(t, lo, hi);
+        take_hit(h, lo, hi, r, best);
+    }
+}
+
+void test_sphere(uint primitive, TraceRay r, inout Hit best) {
+    Sphere s = spheres[primitive - triangle_count];
+    uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
+    Hit h = Hit(0.0, 0.0, 0.0, primitive);
+    bool hit;
+    if (wide_spheres_used != 0u && s.radius < 0.0) {
+        s.radius = -s.radius;
+        WideSphere w = wide_spheres[sphere_infos[primitive - triangle_count].wide];
+        hit = hit_wide_sphere(w, r.origin, r.direction, primitive == skip, h.t);
+    } else {
+        hit = hit_sphere(s, r.origin, r.direction, primitive == skip, h.t);
+    }
+    if (hit) {
+        real3 lo, hi;
+        sphere_box(s, lo, hi);
+        take_hit(h, lo, hi, r, best);
+    }
+}
+
+// No early way out, even where any hit will do: outside all control flow lavapipe loads an address
+// that all lanes share once (lavapipe's figures in ARCHITECTURE.md), and a GPU does not diverge.
+void walk_brute(TraceRay r, inout Hit best) {
+    if (triangle_count + sphere_count <= UNROLL_MAX) {
+        [[unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
+        [[unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
+    } else {
+        [[dont_unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
+        [[dont_unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
     }
 }
 
@@ -88,7 +102,12 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
             uint count = ((current & ~LEAF_BIT) >> LEAF_FIRST_BITS) + 1u;
             for (uint i = 0u; i < count; i++) {
                 steps++;
-                test_primitive(first + i, r, best);
+                uint primitive = first + i;
+                if (primitive < triangle_count) {
+                    test_triangle(primitive, r, best);
+                } else {
+                    test_sphere(primitive, r, best);
+                }
             }
             if (any && best.primitive != NONE) return;
         } else {
@@ -100,7 +119,7 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
                 bool first0 = in0 && (!in1 || t0 <= t1);
                 current = first0 ? n.child_0 : n.child_1;
                 if (in0 && in1) {
-                    if (top == STACK_SIZE) {
+                    if (top == (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE)) {
                         atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
                     } else {
                         stack[top] = first0 ? n.child_1 : n.child_0;
@@ -125,15 +144,14 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
 
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
-    Hit best = Hit(limit, 0.0, 0.0, NONE);
-    if (is_not_finite(r.origin) || is_not_finite(r.direction)) {
-        atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
-        return best;
-    }
+    bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
+    if (!finite) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
+    // Nothing lies before t = 0, so a limit of 0 finds nothing.
+    Hit best = Hit(finite || defect == DEFECT_NAN_ACCEPTED ? limit : real(0.0), 0.0, 0.0, NONE);
     if (use_bvh != 0u) {
         walk_bvh(r, any, best);
     } else {
-        walk_brute(r, any, best);
+        walk_brute(r, best);
     }
     return best;
 }

@@ -70,6 +70,8 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Render the comparison of sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
+    /// Run the numerical extremes on a device, each against its derived bound
+    Stress(StressArgs),
     /// Write a shape as an OBJ file or as scene text
     #[command(subcommand)]
     Generate(Shape),
@@ -133,6 +135,38 @@ pub struct RenderArgs {
     /// How the work is cut.
     #[command(flatten)]
     pub schedule: ScheduleArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+/// `whitted stress`.
+#[derive(Debug, Args)]
+pub struct StressArgs {
+    /// Run only these cases
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+
+    /// List the cases
+    #[arg(long)]
+    pub list: bool,
+
+    /// Arithmetic: `fast`, `robust` or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    pub precision: Precision,
+
+    /// Write figures, bounds and verdicts as JSON
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+
+    /// Run under the Vulkan validation layer; any message is a failure
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
 
     /// How much to say.
     #[command(flatten)]

@@ -6,6 +6,7 @@ pub mod failure;
 pub mod gallery;
 pub mod generate;
 pub mod render;
+pub mod stress;
 
 use crate::cli::{Cli, Command};
 use crate::scene::{self, Scene};
@@ -21,6 +22,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
+        Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
 }
 

@@ -304,7 +304,7 @@ impl Device {
                 return Err(VkError::Memory { name: "allocator".into(), bytes: 0, source });
             }
         };
-        let cache_file = cache_file(&chosen);
+        let cache_file = cache_file(&chosen, "pipelines");
         let stored = cache_file.as_ref().and_then(|f| std::fs::read(f).ok()).unwrap_or_default();
         let mut device = Device {
             allocator,
@@ -362,31 +362,40 @@ impl Device {
         self.instance.messenger.as_ref().map(Messenger::messages).unwrap_or_default()
     }
 
+    /// A file of the user's cache folder for facts about this device and driver, by kind.
+    pub fn cache_file(&self, kind: &str) -> Option<PathBuf> {
+        cache_file(&self.chosen, kind)
+    }
+
     /// Keeps compiled pipelines for the next process. Failing to is no failure of the render.
     pub fn store_pipeline_cache(&self) {
         let Some(file) = &self.cache_file else { return };
         // SAFETY: the cache belongs to this device.
         let Ok(data) = (unsafe { self.raw.get_pipeline_cache_data(self.cache) }) else { return };
-        let Some(folder) = file.parent() else { return };
-        // Whole or not at all: another process may be reading.
-        let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
-        let written = std::fs::create_dir_all(folder)
-            .and_then(|()| std::fs::write(&temporary, data))
-            .and_then(|()| std::fs::rename(&temporary, file));
-        if written.is_err() {
-            drop(std::fs::remove_file(&temporary));
-        }
+        write_cache(file, &data);
     }
 }
 
-/// `$XDG_CACHE_HOME/whitted/pipelines-UUID-VERSION`, or under `~/.cache`.
-fn cache_file(chosen: &Candidate) -> Option<PathBuf> {
+/// Whole or not at all: another process may be reading. A cache that cannot be written is none.
+pub fn write_cache(file: &std::path::Path, data: &[u8]) {
+    let Some(folder) = file.parent() else { return };
+    let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
+    let written = std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&temporary, data))
+        .and_then(|()| std::fs::rename(&temporary, file));
+    if written.is_err() {
+        drop(std::fs::remove_file(&temporary));
+    }
+}
+
+/// `$XDG_CACHE_HOME/whitted/KIND-UUID-VERSION`, or under `~/.cache`; the UUID changes with the driver.
+fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("XDG_CACHE_HOME")
         .map(PathBuf::from)
         .filter(|p| p.is_absolute())
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
     let uuid: String = chosen.properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
-    Some(folder.join("whitted").join(format!("pipelines-{uuid}-{}", env!("CARGO_PKG_VERSION"))))
+    Some(folder.join("whitted").join(format!("{kind}-{uuid}-{}", env!("CARGO_PKG_VERSION"))))
 }
 
 impl Drop for Device {

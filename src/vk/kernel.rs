@@ -3,8 +3,9 @@
 use super::device::Device;
 use super::error::{VkError, call};
 use crate::abi::{BUFFERS, Push, Specialisation};
-use crate::kernels::{KERNELS, Kernel, KernelCode};
+use crate::kernels::{Kernel, KernelCode};
 use ash::vk;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// One kernel, ready to bind.
@@ -15,10 +16,10 @@ pub(super) struct Pipeline {
     pub(super) set_layout: vk::DescriptorSetLayout,
 }
 
-/// All kernels under one specialisation.
+/// Kernels under one specialisation.
 pub struct Pipelines {
     device: Rc<Device>,
-    pipelines: Vec<Pipeline>,
+    pipelines: BTreeMap<Kernel, Pipeline>,
 }
 
 /// Buffers a kernel touches, in binding order.
@@ -28,24 +29,29 @@ pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
 }
 
 impl Pipelines {
-    /// Builds all pipelines; `double` needs a device with double precision.
+    /// Builds a pipeline for each of `kernels`; `double` needs a device with double precision.
     pub fn new(
         device: &Rc<Device>,
+        kernels: impl Iterator<Item = Kernel>,
         specialisation: &Specialisation,
         double: bool,
     ) -> Result<Pipelines, VkError> {
-        let mut all = Pipelines { device: Rc::clone(device), pipelines: Vec::new() };
+        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new() };
         let values = specialisation.values();
-        for code in &KERNELS {
-            let pipeline = build(device, code, &values, double)?;
-            all.pipelines.push(pipeline);
+        for kernel in kernels {
+            let pipeline = build(device, kernel.code(), &values, double)?;
+            all.pipelines.insert(kernel, pipeline);
         }
         device.store_pipeline_cache();
         Ok(all)
     }
 
+    pub(super) fn kernels(&self) -> impl Iterator<Item = (Kernel, Pipeline)> {
+        self.pipelines.iter().map(|(k, p)| (*k, *p))
+    }
+
     pub(super) fn get(&self, kernel: Kernel) -> Pipeline {
-        self.pipelines[kernel as usize]
+        *self.pipelines.get(&kernel).expect("a recorder is used with the pipelines it was made for")
     }
 }
 
@@ -128,7 +134,7 @@ fn destroy(device: &Device, pipeline: &Pipeline) {
 
 impl Drop for Pipelines {
     fn drop(&mut self) {
-        for pipeline in &self.pipelines {
+        for pipeline in self.pipelines.values() {
             destroy(&self.device, pipeline);
         }
     }

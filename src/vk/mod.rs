@@ -13,7 +13,7 @@ mod list;
 mod recorder;
 
 pub use buffer::Buffers;
-pub use device::Device;
+pub use device::{Device, write_cache};
 pub use error::VkError;
 pub use kernel::Pipelines;
 pub use list::{DeviceSummary, list};

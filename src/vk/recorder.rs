@@ -8,6 +8,7 @@ use crate::abi::{Buf, GROUPS_PER_ROW, Push};
 use crate::kernels::{KERNELS, Kernel};
 use crate::passes::{Pass, Size, at_depth};
 use ash::vk;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -49,7 +50,7 @@ pub struct Recorder {
     queries: vk::QueryPool,
     descriptors: vk::DescriptorPool,
     /// Sets by kernel, for odd and even depths.
-    sets: Vec<[vk::DescriptorSet; 2]>,
+    sets: BTreeMap<Kernel, [vk::DescriptorSet; 2]>,
     labels: Option<ash::ext::debug_utils::Device>,
     workgroup: u32,
     recorded: Vec<(Kernel, u32)>,
@@ -72,7 +73,7 @@ impl Recorder {
             fence: vk::Fence::null(),
             queries: vk::QueryPool::null(),
             descriptors: vk::DescriptorPool::null(),
-            sets: Vec::new(),
+            sets: BTreeMap::new(),
             labels: device.labels(),
             workgroup,
             recorded: Vec::new(),
@@ -115,21 +116,17 @@ impl Recorder {
         // SAFETY: `info` lives through the call.
         self.descriptors = unsafe { raw.create_descriptor_pool(&info, None) }
             .map_err(call("vkCreateDescriptorPool", "frame"))?;
-        for pass in crate::passes::all() {
-            let index = pass.kernel as usize;
-            if self.sets.len() <= index {
-                self.sets.resize(KERNELS.len(), [vk::DescriptorSet::null(); 2]);
-            }
-            let layouts = [pipelines.get(pass.kernel).set_layout; 2];
+        for (kernel, pipeline) in pipelines.kernels() {
+            let layouts = [pipeline.set_layout; 2];
             let info = vk::DescriptorSetAllocateInfo::default()
                 .descriptor_pool(self.descriptors)
                 .set_layouts(&layouts);
             // SAFETY: the pool was sized for all of them.
             let sets = unsafe { raw.allocate_descriptor_sets(&info) }
-                .map_err(call("vkAllocateDescriptorSets", pass.kernel.name()))?;
-            self.sets[index] = [sets[0], sets[1]];
+                .map_err(call("vkAllocateDescriptorSets", kernel.name()))?;
+            self.sets.insert(kernel, [sets[0], sets[1]]);
             for (parity, set) in sets.iter().enumerate() {
-                for buffer in bound(pass.kernel) {
+                for buffer in bound(kernel) {
                     let target = at_depth(buffer, parity as u32 + 1);
                     let range = [vk::DescriptorBufferInfo {
                         buffer: buffers.handle(target),
@@ -240,7 +237,7 @@ impl Recorder {
         let kernel = d.pass.kernel;
         let raw = &self.device.raw;
         let pipeline = pipelines.get(kernel);
-        let set = self.sets[kernel as usize][(d.depth.max(1) as usize - 1) % 2];
+        let set = self.sets[&kernel][(d.depth.max(1) as usize - 1) % 2];
         if let Some(labels) = &self.labels {
             let name = std::ffi::CString::new(format!("{} {}", kernel.name(), d.depth)).unwrap_or_default();
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
@@ -354,6 +351,31 @@ impl Recorder {
             .zip(seconds)
             .map(|((kernel, depth), seconds)| Timed { kernel: *kernel, depth: *depth, seconds })
             .collect())
+    }
+
+    /// All bytes of a buffer, through staging, waiting.
+    pub fn read(&mut self, buffers: &mut Buffers, buffer: Buf) -> Result<Vec<u8>, VkError> {
+        let total = buffers.bytes(buffer);
+        let piece = buffers.staging_bytes().len().max(1) as u64;
+        let mut all = Vec::with_capacity(total as usize);
+        while (all.len() as u64) < total {
+            let (begin, size) = (all.len() as u64, piece.min(total - all.len() as u64));
+            self.begin()?;
+            let region = [vk::BufferCopy { src_offset: begin, dst_offset: 0, size }];
+            // SAFETY: recording; the region lies within both buffers.
+            unsafe {
+                self.device.raw.cmd_copy_buffer(
+                    self.commands,
+                    buffers.handle(buffer),
+                    buffers.staging(),
+                    &region,
+                );
+            }
+            self.barrier();
+            self.submit(buffers)?;
+            all.extend_from_slice(&buffers.staging_bytes()[..size as usize]);
+        }
+        Ok(all)
     }
 
     /// Copies host bytes to the start of a buffer, through staging, waiting.

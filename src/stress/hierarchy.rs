@@ -1,0 +1,6 @@
+//! hierarchy
+
+use super::case::Case;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[];

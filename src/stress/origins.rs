@@ -1,0 +1,6 @@
+//! origins
+
+use super::case::Case;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[];

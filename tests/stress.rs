@@ -1,0 +1,53 @@
+//! The extremes: every case passes on the device at every precision it is for, and fails when the
+//! mistake it guards against is put back.
+
+use whitted::render::Renderer;
+use whitted::settings::{DeviceChoice, Precision};
+use whitted::stress::{Harness, cases};
+
+fn renderer() -> Renderer {
+    Renderer::new(&DeviceChoice::Cpu, false).expect("a Vulkan device")
+}
+
+#[test]
+fn every_case_passes_on_the_device() {
+    let mut renderer = renderer();
+    let mut failed = Vec::new();
+    for case in cases() {
+        let figure = (case.run)(&mut Harness::new(&mut renderer, Precision::Robust, None)).expect(case.name);
+        if !figure.passes() {
+            failed.push(format!("{}: {} > {} {}", case.name, figure.value, figure.bound, figure.unit));
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+#[test]
+fn every_case_passes_in_double_precision() {
+    let mut renderer = renderer();
+    let mut failed = Vec::new();
+    for case in cases() {
+        let figure = (case.run)(&mut Harness::new(&mut renderer, Precision::Double, None)).expect(case.name);
+        if !figure.passes() {
+            failed.push(format!("{}: {} > {} {}", case.name, figure.value, figure.bound, figure.unit));
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+/// A case that cannot fail proves nothing. An error counts as failing: it is no silent pass.
+#[test]
+fn every_case_fails_with_the_mistake_it_guards_against() {
+    let mut renderer = renderer();
+    let mut blind = Vec::new();
+    for case in cases() {
+        assert!(!case.guards.is_empty(), "{} guards against nothing", case.name);
+        for defect in case.guards {
+            let outcome = (case.run)(&mut Harness::new(&mut renderer, Precision::Robust, Some(*defect)));
+            if outcome.is_ok_and(|figure| figure.passes()) {
+                blind.push(format!("{} passes with {defect:?}", case.name));
+            }
+        }
+    }
+    assert!(blind.is_empty(), "{}", blind.join("\n"));
+}
