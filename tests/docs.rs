@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use whitted::abi::{self, Buf};
 use whitted::cli::Cli;
 use whitted::kernels::KERNELS;
-use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, Size, When};
+use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, When};
 use whitted::plan::element_bytes;
 use whitted::settings::Precision;
 
@@ -92,6 +92,7 @@ fn the_pass_table_is_the_codes() {
     rows(PROLOGUE, "once per batch, first");
     rows(PER_DEPTH, "every depth");
     rows(EPILOGUE, "once per batch, last");
+    rows(SELF_TEST, "once per device, before any frame");
     for kernel in &KERNELS {
         assert!(table.contains(&format!("| `{}` |", kernel.name)), "{} is in no pass", kernel.name);
     }
