@@ -277,22 +277,37 @@ fn the_gallery_is_whole() {
     }
 }
 
+/// Ends its process even where the test fails before that.
+#[cfg(unix)]
+struct Stopped(std::process::Child);
+
+#[cfg(unix)]
+impl Drop for Stopped {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// Starts a render, waits until it is under way, stops it; the last line and the exit code.
 #[cfg(unix)]
 fn interrupted(output: &str, words: &[&str]) -> (String, Option<i32>) {
     use std::io::{BufRead, BufReader};
     use std::process::{Command, Stdio};
-    let mut child = Command::new(env!("CARGO_BIN_EXE_whitted"))
+    let child = Command::new(env!("CARGO_BIN_EXE_whitted"))
         .args(["render", SCENE, "-o", output, "--device", "cpu", "-v"])
         .args(words)
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
+    let mut child = Stopped(child);
     // The first line of progress says that the render is under way.
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(lines.any(|line| line.starts_with("rendering: ")), "it ended before it was stopped");
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    (lines.last().unwrap(), child.wait().unwrap().code())
+    // The shell's own `kill`: the program of that name is not on every machine.
+    let interrupt = format!("kill -INT {}", child.0.id());
+    assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
+    (lines.last().unwrap(), child.0.wait().unwrap().code())
 }
 
 #[cfg(unix)]
