@@ -17,7 +17,10 @@ fn main() {
     println!("cargo:rerun-if-changed=src/spirv.rs");
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/lib");
-    println!("cargo:rerun-if-changed=.git/HEAD");
+    // The log of HEAD grows with every commit, HEAD itself only changes with the branch.
+    if Path::new(".git/logs/HEAD").exists() {
+        println!("cargo:rerun-if-changed=.git/logs/HEAD");
+    }
     if let Ok(out) = process::Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output()
         && out.status.success()
     {

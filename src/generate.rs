@@ -5,15 +5,14 @@ mod cube;
 mod flake;
 mod geodesic;
 mod noise;
-mod output;
 mod solid;
 
 pub use cube::rotated_cube;
 pub use flake::sphereflake;
 pub use geodesic::{displaced_sphere, frequency};
-pub use output::write_whole;
 pub use solid::{Corners, Solid};
 
+use crate::atomic_file;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use std::io::Write;
@@ -136,7 +135,7 @@ fn write_solid(solid: &Solid, placement: &Placement) -> anyhow::Result<()> {
 /// Writes to a file that appears whole or not at all, or to standard output if the path is `-`.
 fn write_text(path: &Path, text: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> anyhow::Result<()> {
     if path != Path::new("-") {
-        return write_whole(path, text).with_context(|| format!("cannot write {}", path.display()));
+        return atomic_file::write(path, text).with_context(|| format!("cannot write {}", path.display()));
     }
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     match text(&mut out).and_then(|()| out.flush()) {

@@ -34,6 +34,7 @@ pub mod stress;
 pub mod measure;
 pub mod image;
 pub mod atomic_file;
+pub mod units;
 pub mod table;
 pub mod progress;
 pub mod gallery;

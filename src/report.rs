@@ -32,7 +32,7 @@ pub struct Report {
 }
 
 /// The program.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProgramInfo {
     /// Always `whitted`.
     pub name: String,
@@ -53,7 +53,7 @@ impl Default for ProgramInfo {
 }
 
 /// The Vulkan device.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DeviceInfo {
     /// As the driver names it.
     pub name: String,
@@ -91,7 +91,7 @@ pub struct LocalFrameInfo {
 }
 
 /// The settings in force.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SettingsInfo {
     /// Pixels.
     pub width: u32,
@@ -113,6 +113,13 @@ pub struct SettingsInfo {
     pub crop: Option<[u32; 4]>,
 }
 
+impl SettingsInfo {
+    /// The rectangle of pixels that is rendered: `[x0, y0, x1, y1]`.
+    pub fn region(&self) -> [u32; 4] {
+        self.crop.unwrap_or([0, 0, self.width, self.height])
+    }
+}
+
 /// The plan.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct PlanInfo {
@@ -127,7 +134,7 @@ pub struct PlanInfo {
 }
 
 /// Where the time went, seconds.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeInfo {
     /// Whole process up to the report.
     pub wall: f64,

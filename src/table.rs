@@ -1,6 +1,7 @@
 //! Text for people: aligned columns, and the story of a render on one screen.
 
 use crate::report::{PassInfo, Report};
+use crate::units::{bytes, grouped, number, plural, seconds, short};
 use std::fmt::{self, Write};
 
 /// Side on which a column is flush.
@@ -53,11 +54,13 @@ impl<const N: usize> fmt::Display for Table<N> {
 /// One line: file, size, samples, depth, rays and seconds.
 pub fn summary(report: &Report) -> String {
     let settings = &report.settings;
-    let (width, height) = size(report);
+    let [x0, y0, x1, y1] = settings.region();
     let rays = report.rays.total();
     format!(
-        "{}: {width}x{height} pixels, {}, depth {}, {} rays in {}",
+        "{}: {}x{} pixels, {}, depth {}, {} rays in {}",
         report.image.file,
+        x1 - x0,
+        y1 - y0,
         plural(settings.samples.into(), "sample"),
         settings.depth,
         short(rays as f64),
@@ -91,7 +94,7 @@ pub fn report(report: &Report) -> String {
 
 fn about(report: &Report) -> String {
     let Report { device, scene, settings, plan, .. } = report;
-    let [x, y, z] = scene.local_frame.center;
+    let [x, y, z] = scene.local_frame.center.map(number);
     let crop = settings.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(", crop {x0},{y0},{x1},{y1}"));
     let lines = [
         ("device", format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api)),
@@ -125,7 +128,7 @@ fn about(report: &Report) -> String {
             format!(
                 "{}; {}, {}, {}",
                 plan.features.join(", "),
-                mebibytes(plan.bytes),
+                bytes(plan.bytes),
                 plural(plan.tiles, "tile"),
                 if plan.batches == 1 { "1 batch".into() } else { format!("{} batches", plan.batches) },
             ),
@@ -136,11 +139,23 @@ fn about(report: &Report) -> String {
 
 fn passes(report: &Report) -> String {
     use Align::{Left, Right};
-    let sum = PassInfo {
-        name: "all".into(),
-        launches: report.passes.iter().map(|p| p.launches).sum(),
-        seconds: report.passes.iter().map(|p| p.seconds).sum(),
-        ..PassInfo::default()
+    let total: f64 = report.passes.iter().map(|p| p.seconds).sum();
+    // One column of seconds, in which a thousandth of the whole is still a number.
+    let decimals = (3.0 - total.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+    let cells = |name: &str, depth: String, rows: &[PassInfo]| {
+        let launches = rows.iter().map(|p| p.launches).sum();
+        let seconds: f64 = rows.iter().map(|p| p.seconds).sum();
+        let share = if total > 0.0 { 100.0 * seconds / total } else { 0.0 };
+        let time = format!("{seconds:.decimals$}");
+        [
+            name.to_owned(),
+            depth,
+            grouped(launches),
+            time,
+            format!("{share:.1} %"),
+            String::new(),
+            String::new(),
+        ]
     };
     let mut table = Table::new(&[
         ("pass", Left),
@@ -149,34 +164,28 @@ fn passes(report: &Report) -> String {
         ("seconds", Right),
         ("share", Right),
         ("items", Right),
-        ("M items/s", Right),
+        ("items/s", Right),
     ]);
-    for pass in report.passes.iter().chain([&sum]) {
-        let total = std::ptr::eq(pass, &sum);
-        // Items of different passes are different things; their sum would mean nothing.
-        let (items, rate) = if total {
-            (String::new(), String::new())
-        } else {
-            let rate = pass.items as f64 / pass.seconds / 1e6;
-            (grouped(pass.items), if rate.is_finite() { format!("{rate:.2}") } else { "-".into() })
-        };
-        let share = if sum.seconds > 0.0 { 100.0 * pass.seconds / sum.seconds } else { 0.0 };
-        table.row([
-            pass.name.clone(),
-            if total {
-                String::new()
-            } else if pass.depth == 0 {
-                "-".into()
-            } else {
-                pass.depth.to_string()
-            },
-            grouped(pass.launches),
-            format!("{:.6}", pass.seconds),
-            format!("{share:.1} %"),
-            items,
-            rate,
-        ]);
+    // Passes are launched to the depth that was asked for, rays or no rays.
+    let traced = report.rays.by_depth.len() as u32;
+    let empty: Vec<PassInfo> = report.passes.iter().filter(|p| p.depth > traced).cloned().collect();
+    let last = empty.iter().map(|p| p.depth).max();
+    for pass in report.passes.iter().filter(|p| p.depth <= traced) {
+        let depth = if pass.depth == 0 { "-".into() } else { pass.depth.to_string() };
+        let mut row = cells(&pass.name, depth, std::slice::from_ref(pass));
+        row[5] = grouped(pass.items);
+        // A pass of one item a launch has no throughput to speak of.
+        let rate = pass.items as f64 / pass.seconds;
+        row[6] = if pass.items > pass.launches && rate.is_finite() { short(rate) } else { "-".into() };
+        table.row(row);
     }
+    if let Some(last) = last {
+        let first = traced + 1;
+        let depths = if first == last { first.to_string() } else { format!("{first}-{last}") };
+        table.row(cells("no rays", depths, &empty));
+    }
+    // Items of different passes are different things; their sum would mean nothing.
+    table.row(cells("all", String::new(), &report.passes));
     table.to_string()
 }
 
@@ -216,67 +225,6 @@ fn totals(report: &Report) -> String {
         }
     }
     text + "\n"
-}
-
-/// Size of the image written.
-fn size(report: &Report) -> (u32, u32) {
-    let settings = &report.settings;
-    settings.crop.map_or((settings.width, settings.height), |[x0, y0, x1, y1]| (x1 - x0, y1 - y0))
-}
-
-/// `1 sample`, `20 samples`.
-pub fn plural(count: u64, noun: &str) -> String {
-    format!("{} {noun}{}", grouped(count), if count == 1 { "" } else { "s" })
-}
-
-/// `61.5 MiB`.
-pub fn mebibytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
-}
-
-/// `12,345,678`.
-pub fn grouped(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-/// Three digits and a factor: `12.3 M`; no factor below 1000.
-pub fn short(count: f64) -> String {
-    let (value, factor) = match count {
-        c if c >= 1e9 => (c / 1e9, " G"),
-        c if c >= 1e6 => (c / 1e6, " M"),
-        c if c >= 1e3 => (c / 1e3, " k"),
-        c => return format!("{c:.0}"),
-    };
-    format!("{}{factor}", three_digits(value))
-}
-
-/// Three digits and a unit: `1.23 s`, `45.6 ms`, `7.00 us`.
-pub fn seconds(time: f64) -> String {
-    let (value, unit) = match time {
-        t if t >= 1.0 || t == 0.0 => (t, "s"),
-        t if t >= 1e-3 => (t * 1e3, "ms"),
-        t => (t * 1e6, "us"),
-    };
-    format!("{} {unit}", three_digits(value))
-}
-
-fn three_digits(value: f64) -> String {
-    let decimals = if value >= 100.0 {
-        0
-    } else if value >= 10.0 {
-        1
-    } else {
-        2
-    };
-    format!("{value:.decimals$}")
 }
 
 #[cfg(test)]

@@ -45,18 +45,6 @@ fn sample() -> Report {
 }
 
 #[test]
-fn numbers_are_short_and_readable() {
-    let grouped_all = [0, 999, 1000, 12_345_678].map(grouped);
-    assert_eq!(grouped_all, ["0", "999", "1,000", "12,345,678"]);
-    assert_eq!([0.0, 999.0, 1234.0, 12.34e6, 5e9].map(short), ["0", "999", "1.23 k", "12.3 M", "5.00 G"]);
-    assert_eq!(
-        [0.0, 1.5, 0.25, 42e-6, 123.4].map(seconds),
-        ["0.00 s", "1.50 s", "250 ms", "42.0 us", "123 s"]
-    );
-    assert_eq!((plural(1, "light"), plural(0, "light")), ("1 light".into(), "0 lights".into()));
-}
-
-#[test]
 fn columns_line_up() {
     let text = passes(&sample());
     let lines: Vec<&str> = text.lines().collect();
@@ -85,6 +73,30 @@ fn the_story_fits_a_screen_and_is_complete() {
         "M rays/s of device time",
     ] {
         assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+}
+
+#[test]
+fn depths_without_rays_are_one_row() {
+    let mut report = sample();
+    for depth in 5..=200 {
+        for name in ["intersect", "shade"] {
+            report.passes.push(PassInfo { name: name.into(), depth, launches: 2, seconds: 1e-6, items: 0 });
+        }
+    }
+    let text = passes(&report);
+    assert_eq!(text.lines().count(), 1 + 14 + 2, "{text}");
+    let row = text.lines().rev().nth(1).unwrap();
+    assert!(row.starts_with("no rays") && row.contains("5-200") && row.contains("784"), "{row}");
+}
+
+#[test]
+fn seconds_have_the_digits_that_count() {
+    for (scale, want) in [(1e-6, "0.000001367"), (1.0, " 1.367 "), (1e6, " 1366688 ")] {
+        let mut report = sample();
+        report.passes.iter_mut().for_each(|p| p.seconds *= scale);
+        let text = passes(&report);
+        assert!(text.lines().last().unwrap().contains(want), "{want} is not in\n{text}");
     }
 }
 

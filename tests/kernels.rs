@@ -44,9 +44,11 @@ fn check(
 fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
     let device: Rc<Device> = device();
     for (name, variant) in variants() {
+        // One for all seeds: compiling takes longer than running.
+        let first = State::new(variant, 0);
+        let mut bench = Bench::new(&device, &first.spec, &first.memory);
         for seed in seeds.clone() {
             let state = State::new(variant, seed);
-            let mut bench = Bench::new(&device, &state.spec, &state.memory);
             test(&mut bench, &state, &mut Rng::new(seed + 1000), &format!("{name}, seed {seed}"));
         }
     }

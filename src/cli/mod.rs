@@ -30,7 +30,9 @@ Examples:
 
 Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
 appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
-exits with 130; a second Ctrl-C ends at once and saves nothing.
+exits with 130; a second Ctrl-C ends at once and saves nothing. The tiles finished by then are kept \
+beside the image in OUT.partial: the same command with --resume goes on from there, and the image \
+is the same, bit for bit, as if it had not been interrupted.
 
 ",
     exit_codes!()
@@ -40,6 +42,7 @@ const GALLERY_HELP: &str = "\
 Pictures:
   samples_01, _02, _04, _10   1 to 10 samples per pixel, at the scene's depth
   depth_1 to depth_4          1 to 4 rays in the longest path, at up to 4 samples per pixel
+  depth_STEM_1 to _4          the same of the sibling
   final_STEM                  the scene at its own settings; also its sibling, if there is one:
                               STEM_glass.toml beside STEM.toml, or the other way round
   contact_sheet.png           all of them, with samples, depth, time and rays
@@ -123,6 +126,10 @@ pub struct RenderArgs {
     /// Write times, rays and settings as JSON
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
+
+    /// Go on with an interrupted render from OUT.partial, if that is there; else begin
+    #[arg(long)]
+    pub resume: bool,
 
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long)]

@@ -119,6 +119,7 @@ pub fn origin(text: &str) -> Result<Origin, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn sizes() {
@@ -142,6 +143,32 @@ mod tests {
         assert_eq!(scale("0.25"), Ok(0.25));
         for bad in ["0", "-1", "1.01", "NaN", "inf", ""] {
             assert!(scale(bad).is_err(), "{bad}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn good_sizes_and_crops_come_back(a in 1u32..=Size::MAX, b in 1u32..=Size::MAX, x in 0u32..9, y in 0u32..9) {
+            prop_assert_eq!(format!("{a}x{b}").parse(), Ok(Size { width: a, height: b }));
+            let crop = [x, y, x + a, y + b];
+            prop_assert_eq!(format!("{},{}, {},{}", crop[0], crop[1], crop[2], crop[3]).parse(), Ok(Crop(crop)));
+            let empty = format!("{},{},{},{}", x + a, y, x, y + b).parse::<Crop>();
+            prop_assert!(empty.is_err());
+        }
+
+        #[test]
+        fn whatever_is_read_holds_what_it_promises(text in "[-+0-9xX,. ]{0,24}", any in ".{0,12}") {
+            for text in [&text, &any] {
+                if let Ok(Size { width, height }) = text.parse() {
+                    prop_assert!((1..=Size::MAX).contains(&width) && (1..=Size::MAX).contains(&height));
+                }
+                if let Ok(Crop([x0, y0, x1, y1])) = text.parse() {
+                    prop_assert!(x0 < x1 && y0 < y1);
+                }
+                if let Ok(scale) = scale(text) {
+                    prop_assert!(scale > 0.0 && scale <= 1.0);
+                }
+            }
         }
     }
 }

@@ -1,7 +1,18 @@
-//! Messages on standard error. A closed pipe there is no reason to stop, so writing cannot fail.
+//! Listings on standard output, messages on standard error. A closed pipe there is no reason to stop, so
+//! writing messages cannot fail.
 
+use super::failure::Failure;
 use crate::cli::Verbosity;
+use anyhow::Context;
 use std::io::{self, Write};
+
+/// Writes a listing to standard output; a reader who has seen enough (`| head -1`) is no error.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other.context("cannot write to standard output")?),
+    }
+}
 
 /// How much to say, and where.
 pub struct Console {

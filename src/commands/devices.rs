@@ -1,12 +1,12 @@
 //! `whitted devices`.
 
+use super::console::print;
 use super::failure::Failure;
 use crate::cli::DevicesArgs;
 use crate::render::RenderError;
-use crate::table::{Align, Table, mebibytes};
+use crate::units::{bytes, grouped, number};
 use crate::vk::{self, DeviceSummary};
 use anyhow::Context;
-use std::io::{self, Write};
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
@@ -16,53 +16,69 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
     } else {
         listing(&devices)
     };
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        // The reader has seen enough (`whitted devices | head -1`).
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other.context("cannot write to standard output")?),
-    }
+    print(&text)
 }
 
 fn listing(devices: &[DeviceSummary]) -> String {
-    use Align::{Left, Right};
-    let mut table = Table::new(&[
-        ("index", Right),
-        ("type", Left),
-        ("Vulkan", Left),
-        ("memory", Right),
-        ("name", Left),
-        ("driver", Left),
-        ("UUID", Left),
-    ]);
-    for device in devices {
-        table.row([
-            device.index.to_string(),
-            device.kind.clone(),
-            device.api.clone(),
-            mebibytes(device.heap),
-            device.name.clone(),
-            device.driver.clone(),
-            device.uuid.clone(),
-        ]);
+    if devices.is_empty() {
+        return "no Vulkan device\n".into();
     }
-    let mut text = table.to_string();
-    for device in devices {
-        if let Some(why) = &device.unusable {
-            text += &format!("device {} cannot be used: {why}\n", device.index);
+    devices.iter().map(block).collect::<Vec<_>>().join("\n")
+}
+
+/// One device: a heading, then a line for each thing to know.
+fn block(d: &DeviceSummary) -> String {
+    let usable = match (&d.unusable, d.default) {
+        (Some(why), _) => format!("no: {why}"),
+        (None, true) => "yes; taken unless --device names another".into(),
+        (None, false) => format!("yes, with --device {}", d.index),
+    };
+    let timing = match d.timestamp_bits {
+        0 => "no timestamps: the wall time of each submit is shared out evenly over its passes".into(),
+        bits => {
+            format!(
+                "timestamps of {bits} bits, {} ns a tick: each pass is timed",
+                number(d.timestamp_period.into())
+            )
         }
-    }
-    text
+    };
+    let doubles = match d.float64 {
+        true => "yes: --precision f64 can be had",
+        false => "no: --precision f64 is refused; robust, the default, does without",
+    };
+    let rows = [
+        ("usable", usable),
+        ("type", d.kind.clone()),
+        ("driver", format!("{}, Vulkan {}", d.driver, d.api)),
+        ("UUID", d.uuid.clone()),
+        ("memory", format!("{}; {} in one buffer", bytes(d.heap), bytes(d.storage_range))),
+        (
+            "kernels",
+            format!(
+                "{} invocations a workgroup, {} a subgroup; {} storage buffers, {} of push constants",
+                grouped(d.workgroup_invocations.into()),
+                d.subgroup_size,
+                grouped(d.storage_buffers.into()),
+                bytes(d.push_constants.into()),
+            ),
+        ),
+        ("timing", timing),
+        ("fp64", doubles.into()),
+    ];
+    rows.iter().fold(format!("device {}: {}\n", d.index, d.name), |text, (name, line)| {
+        text + &format!("  {name:<8} {line}\n")
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn devices_are_aligned_and_their_faults_told() {
-        let device = |index: usize, name: &str, unusable: Option<&str>| DeviceSummary {
+    fn device(index: usize, unusable: Option<&str>) -> DeviceSummary {
+        DeviceSummary {
             index,
-            name: name.into(),
+            default: index == 0,
+            name: "llvmpipe".into(),
             kind: "cpu".into(),
             driver: "llvmpipe Mesa 22.3.6".into(),
             api: "1.3.230".into(),
@@ -73,17 +89,38 @@ mod tests {
             subgroup_size: 8,
             push_constants: 256,
             storage_buffers: 16,
-            timestamp_bits: 64,
+            timestamp_bits: 64 * (1 - index as u32 % 2),
             timestamp_period: 1.0,
-            float64: true,
+            float64: index != 1,
             unusable: unusable.map(Into::into),
-        };
-        let text = listing(&[device(0, "llvmpipe", None), device(1, "old", Some("Vulkan 1.1"))]);
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines.len(), 4);
-        assert_eq!(lines[1].find("00112233"), lines[0].find("UUID"));
-        assert_eq!(lines[2].find("00112233"), lines[0].find("UUID"));
-        assert!(lines[1].contains("1536.0 MiB"));
-        assert_eq!(lines[3], "device 1 cannot be used: Vulkan 1.1");
+        }
+    }
+
+    #[test]
+    fn each_device_is_a_block_with_its_faults_and_second_ways() {
+        let text = listing(&[device(0, None), device(1, Some("it has no Vulkan 1.2")), device(2, None)]);
+        let blocks: Vec<&str> = text.split("\n\n").collect();
+        assert_eq!(blocks.len(), 3, "{text}");
+        for (block, parts) in blocks.iter().zip([
+            [
+                "device 0: llvmpipe",
+                "yes; taken unless",
+                "1.50 GiB; 128 MiB in one buffer",
+                "each pass is timed",
+            ],
+            [
+                "device 1: llvmpipe",
+                "no: it has no Vulkan 1.2",
+                "--precision f64 is refused",
+                "shared out evenly",
+            ],
+            ["device 2: llvmpipe", "yes, with --device 2", "1,024 invocations", "64 bits, 1 ns a tick"],
+        ]) {
+            for part in parts {
+                assert!(block.contains(part), "{part} is not in\n{block}");
+            }
+        }
+        assert!(text.lines().all(|line| line.len() <= 100), "{text}");
+        assert_eq!(listing(&[]), "no Vulkan device\n");
     }
 }

@@ -32,7 +32,10 @@ impl Failure {
             Failure::Render(RenderError::NoDevice(_)) => 4,
             Failure::Render(RenderError::DeviceLost(_)) => 5,
             Failure::Interrupted(_) => progress::INTERRUPTED,
-            Failure::Render(RenderError::DoesNotFit(_) | RenderError::Failed(_)) | Failure::Other(_) => 1,
+            Failure::Render(
+                RenderError::DoesNotFit(_) | RenderError::Mismatch(_) | RenderError::Failed(_),
+            )
+            | Failure::Other(_) => 1,
         }
     }
 }

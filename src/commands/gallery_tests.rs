@@ -17,7 +17,7 @@ fn drawn(settings: &Settings, done: f64) -> Rendered {
     report.rays.primary = 12_345;
     report.time.render = 0.25;
     let linear = vec![[depth as f32 / 4.0; 3]; width as usize * height as usize];
-    Rendered { width, height, linear, done, report }
+    Rendered { width, height, linear, done, report, unfinished: None }
 }
 
 fn subject(name: &str) -> Subject {
@@ -41,15 +41,16 @@ fn all_pictures_their_reports_and_the_sheet_are_written() {
     let mut names: Vec<String> =
         fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
-    let want = "contact_sheet.png depth_1.png depth_2.png depth_3.png depth_4.png final_a.png final_a_glass.png \
+    let want = "contact_sheet.png depth_1.png depth_2.png depth_3.png depth_4.png depth_a_glass_1.png \
+                depth_a_glass_2.png depth_a_glass_3.png depth_a_glass_4.png final_a.png final_a_glass.png \
                 gallery.json samples_01.png samples_02.png samples_04.png samples_10.png";
     assert_eq!(names.join(" "), want);
 
     let text = fs::read_to_string(folder.path().join("gallery.json")).unwrap();
     let entries: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
-    assert_eq!(entries.len(), 10);
-    assert_eq!(entries[9]["row"], "final");
-    assert_eq!(entries[9]["report"]["scene"]["file"], "a_glass.toml");
+    assert_eq!(entries.len(), 14);
+    assert_eq!(entries[13]["row"], "final");
+    assert_eq!(entries[13]["report"]["scene"]["file"], "a_glass.toml");
     assert!(entries[0]["report"]["image"]["file"].as_str().unwrap().ends_with("samples_01.png"));
     assert_eq!(::image::open(folder.path().join("depth_1.png")).unwrap().width(), 12);
 }

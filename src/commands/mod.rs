@@ -6,6 +6,7 @@ pub mod failure;
 pub mod gallery;
 pub mod generate;
 pub mod render;
+mod state;
 pub mod stress;
 
 use crate::cli::{Cli, Command};

@@ -3,6 +3,7 @@
 use super::console::Console;
 use super::failure::Failure;
 use super::load;
+use super::state::StateFile;
 use crate::cli::{Crop, Output, RenderArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
@@ -18,17 +19,33 @@ use std::time::Instant;
 /// Renders one image.
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     let format = check(args)?;
+    let state = state_file(args);
+    let earlier = match &state {
+        Some(state) => state.earlier(args.resume, console)?,
+        None => None,
+    };
     let (scene, scene_seconds) = load(&args.scene)?;
     let settings = settings(args, &scene)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), "rendering");
-    let rendered = renderer.render(&scene, &settings, &mut progress);
+    let rendered = renderer.resume(&scene, &settings, earlier, &mut progress);
     drop(progress);
-    let mut rendered = rendered?;
-    rendered.report.time.scene = scene_seconds;
+    let mut rendered = rendered.map_err(|error| match &state {
+        Some(state) => state.explain(error),
+        None => error.into(),
+    })?;
+    rendered.report.time.scene += scene_seconds;
     deliver(args, format, rendered, started, console)?;
     validated(&renderer.validation_messages(), console)
+}
+
+/// Where an interrupted render is kept; nowhere for standard output.
+fn state_file(args: &RenderArgs) -> Option<StateFile> {
+    match &args.output {
+        Output::Stdout => None,
+        Output::File(path, _) => Some(StateFile::of(path)),
+    }
 }
 
 /// Checks what can be checked before the work: the image's format, and that the files can be written.
@@ -36,6 +53,9 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
             return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect or pipe it".into()));
+        }
+        Output::Stdout if args.resume => {
+            return Err(Failure::Usage("--resume needs an image file; -o - keeps no state".into()));
         }
         Output::Stdout => Format::Png(Bits::Eight),
         Output::File(path, format) => {
@@ -111,7 +131,7 @@ fn deliver(
         Output::File(path, _) => path.display().to_string(),
     };
     report.image.linear_sha256 = linear_sha256(&rendered.linear);
-    report.time.wall = started.elapsed().as_secs_f64();
+    report.time.wall += started.elapsed().as_secs_f64();
 
     write_image(args, format, &rendered)?;
     let report = &rendered.report;
@@ -125,14 +145,29 @@ fn deliver(
     for line in table::warnings(report) {
         console.say(&line);
     }
+    let state = state_file(args);
     if rendered.done < 1.0 {
-        let percent = 100.0 * rendered.done;
-        let file = &report.image.file;
-        return Err(Failure::Interrupted(format!(
-            "interrupted: {percent:.1} % of the work is done and saved in {file}"
-        )));
+        return Err(interrupted(rendered, state)?);
     }
-    Ok(())
+    state.filter(|_| args.resume).map_or(Ok(()), |state| state.remove())
+}
+
+/// Keeps what is finished for `--resume`, and says how far it is.
+fn interrupted(rendered: Rendered, state: Option<StateFile>) -> Result<Failure, Failure> {
+    let Rendered { done, report, unfinished, .. } = rendered;
+    let then = match (state, unfinished) {
+        (Some(state), Some(mut unfinished)) => {
+            unfinished.time = report.time;
+            state.save(&unfinished)?;
+            format!("go on with --resume (from {})", state.path().display())
+        }
+        _ => "nothing is kept to resume from, as no tile is finished".into(),
+    };
+    Ok(Failure::Interrupted(format!(
+        "interrupted: {:.1} % of the work is done and saved in {}; {then}",
+        100.0 * done,
+        report.image.file
+    )))
 }
 
 fn write_image(args: &RenderArgs, format: Format, rendered: &Rendered) -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 //! `whitted stress`.
 
-use super::console::Console;
+use super::console::{Console, print};
 use super::failure::Failure;
 use crate::cli::StressArgs;
 use crate::render::Renderer;
@@ -11,7 +11,6 @@ use crate::table::{Align, Table};
 use crate::{atomic_file, progress};
 use anyhow::Context;
 use serde::Serialize;
-use std::io::{self, Write};
 use std::time::Instant;
 
 /// One case's outcome.
@@ -133,11 +132,4 @@ fn text(report: &StressReport) -> String {
 /// Whole counts plainly, other numbers with three digits.
 fn number(x: f64) -> String {
     if x.fract() == 0.0 && x.abs() < 1e9 { format!("{x}") } else { format!("{x:.2e}") }
-}
-
-fn print(text: &str) -> Result<(), Failure> {
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other.context("cannot write to standard output")?),
-    }
 }

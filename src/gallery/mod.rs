@@ -7,7 +7,7 @@ pub use sheet::{Cell, Section, Sheet};
 
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::table::plural;
+use crate::units::plural;
 use std::path::{Path, PathBuf};
 
 /// Samples per pixel of the first row.
@@ -54,8 +54,8 @@ pub struct Picture {
     pub settings: Settings,
 }
 
-/// The pictures of `subjects`: the rows of samples and depth are of the first one. `scale` shrinks
-/// them all.
+/// The pictures of `subjects`: the row of samples is of the first one, a row of depths of each, as
+/// mirrors and glass are cut at different depths. `scale` shrinks them all.
 pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     let settings = |subject: &Subject| {
         let own = Settings::of(&subject.scene);
@@ -65,30 +65,40 @@ pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     let Some(first) = subjects.first().map(settings) else {
         return Vec::new();
     };
-    let few = first.samples.min(DEPTH_ROW_SAMPLES);
-    let picture = |name: String, settings| Picture { name, subject: 0, settings };
-    let samples = SAMPLES
-        .map(|samples| picture(format!("samples_{samples:02}"), Settings { samples, ..first.clone() }));
-    let depths = DEPTHS
-        .map(|depth| picture(format!("depth_{depth}"), Settings { depth, samples: few, ..first.clone() }));
+    let samples = SAMPLES.map(|samples| Picture {
+        name: format!("samples_{samples:02}"),
+        subject: 0,
+        settings: Settings { samples, ..first.clone() },
+    });
+    let mut rows = vec![Row {
+        name: "samples",
+        heading: format!("Anti-aliasing: samples per pixel, at depth {}", first.depth),
+        pictures: samples.into(),
+    }];
+    for (subject, s) in subjects.iter().enumerate() {
+        let own = settings(s);
+        let samples = own.samples.min(DEPTH_ROW_SAMPLES);
+        let of = if subject == 0 { String::new() } else { format!("_{}", s.name) };
+        let pictures = DEPTHS.map(|depth| Picture {
+            name: format!("depth{of}_{depth}"),
+            subject,
+            settings: Settings { depth, samples, ..own.clone() },
+        });
+        let with = plural(samples.into(), "sample");
+        let heading = format!("Depth: rays in the longest path, with {with}, of {}", s.name);
+        rows.push(Row { name: "depth", heading, pictures: pictures.into() });
+    }
     let finals = subjects.iter().enumerate().map(|(subject, s)| Picture {
         name: format!("final_{}", s.name),
         subject,
         settings: settings(s),
     });
-    vec![
-        Row {
-            name: "samples",
-            heading: format!("Anti-aliasing: samples per pixel, at depth {}", first.depth),
-            pictures: samples.into(),
-        },
-        Row {
-            name: "depth",
-            heading: format!("Depth: rays in the longest path, with {}", plural(few.into(), "sample")),
-            pictures: depths.into(),
-        },
-        Row { name: "final", heading: "At the scenes' own settings".into(), pictures: finals.collect() },
-    ]
+    rows.push(Row {
+        name: "final",
+        heading: "At the scenes' own settings".into(),
+        pictures: finals.collect(),
+    });
+    rows
 }
 
 /// Where the sibling of a scene would be: `a_glass.toml` beside `a.toml`, and the other way round.
@@ -152,7 +162,8 @@ pub(crate) mod tests {
                 ("depth_4", 30, 4, 4)
             ])
         );
-        assert_eq!(of(2), want(&[("final_a", 30, 20, 3), ("final_b", 15, 5, 3)]));
+        assert_eq!(of(2)[0], ("depth_b_1".into(), 15, 4, 1));
+        assert_eq!(of(3), want(&[("final_a", 30, 20, 3), ("final_b", 15, 5, 3)]));
         assert!(
             rows.iter().flat_map(|r| &r.pictures).all(|p| p.settings.seed == 7 && p.settings.height == 3)
         );

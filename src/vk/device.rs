@@ -211,7 +211,7 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>, VkError>
     Ok(handles.into_iter().map(|h| Candidate::new(&instance.raw, h)).collect())
 }
 
-fn choose(all: Vec<Candidate>, choice: &DeviceChoice) -> Result<Candidate, VkError> {
+pub(super) fn choose(all: Vec<Candidate>, choice: &DeviceChoice) -> Result<Candidate, VkError> {
     if all.is_empty() {
         return Err(VkError::NoDevice(format!("Vulkan is here, but no device: {INSTALL_HINT}")));
     }

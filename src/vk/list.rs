@@ -1,7 +1,8 @@
 //! `whitted devices`: what is there, and whether it can be used.
 
-use super::device::{Instance, candidates};
+use super::device::{Instance, candidates, choose};
 use super::error::VkError;
+use crate::settings::DeviceChoice;
 use serde::Serialize;
 
 /// One physical device.
@@ -9,6 +10,8 @@ use serde::Serialize;
 pub struct DeviceSummary {
     /// Number for `--device`.
     pub index: usize,
+    /// True for the one that is taken if none is asked for.
+    pub default: bool,
     /// As the driver names it.
     pub name: String,
     /// `cpu`, `discrete`, `integrated`, `virtual` or `other`.
@@ -46,6 +49,7 @@ pub struct DeviceSummary {
 pub fn list() -> Result<Vec<DeviceSummary>, VkError> {
     let instance = Instance::new(false)?;
     let all = candidates(&instance)?;
+    let best = choose(all.clone(), &DeviceChoice::Best).ok().map(|c| c.handle);
     Ok(all
         .into_iter()
         .enumerate()
@@ -53,6 +57,7 @@ pub fn list() -> Result<Vec<DeviceSummary>, VkError> {
             let limits = &c.properties.limits;
             DeviceSummary {
                 index,
+                default: best == Some(c.handle),
                 name: c.name.clone(),
                 kind: c.kind().into(),
                 driver: c.driver.clone(),

@@ -37,7 +37,7 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 media: 3,
                 branching: true,
                 triangles: 21,
-                spheres: 11,
+                spheres: 7,
                 wide: true,
                 robust: true,
                 origin_fixed: false,
@@ -278,6 +278,8 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     let order: Vec<u32> = if v.bvh {
         let built = bvh::build(&items);
         m.nodes = built.nodes.iter().map(Node::from).collect();
+        // Equally many for every seed, so that one set of buffers serves all.
+        m.nodes.resize(items.len(), Node::default());
         built.order
     } else {
         m.nodes = vec![Node::default()];

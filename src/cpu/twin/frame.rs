@@ -44,10 +44,9 @@ pub fn render(
             sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         });
         counts.counters.iter_mut().zip(tally.counters).for_each(|(sum, more)| *sum += more);
-        for i in 0..tile.pixels() {
-            let (x, y) = (tile.x - x0 + i % tile.width, tile.y - y0 + i / tile.width);
-            let Film { sum, compensation } = memory.film[i as usize];
-            linear[(y * width + x) as usize] = mean(&ImageFilm { sum, compensation }, settings.samples);
+        for (film, at) in memory.film.iter().zip(tile.offsets([x0, y0, x1, y1])) {
+            let Film { sum, compensation } = *film;
+            linear[at] = mean(&ImageFilm { sum, compensation }, settings.samples);
         }
     }
     Some((linear, counts))

@@ -1,0 +1,80 @@
+//! The state file beside an image, `OUT.partial`: the finished tiles of an interrupted render.
+
+use super::console::Console;
+use super::failure::Failure;
+use crate::atomic_file;
+use crate::render::{RenderError, Unfinished};
+use anyhow::{Context, anyhow};
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// A state file, there or not.
+pub(super) struct StateFile(PathBuf);
+
+impl StateFile {
+    /// That of an image file.
+    pub(super) fn of(image: &Path) -> StateFile {
+        let mut name = image.as_os_str().to_owned();
+        name.push(".partial");
+        StateFile(name.into())
+    }
+
+    /// What to go on from, with `resume`; else a warning if there is something.
+    pub(super) fn earlier(&self, resume: bool, console: &mut Console) -> Result<Option<Unfinished>, Failure> {
+        let name = self.0.display();
+        match (self.0.exists(), resume) {
+            (true, true) => {
+                let read = File::open(&self.0).and_then(|file| Unfinished::read(&mut BufReader::new(file)));
+                Ok(Some(read.map_err(|error| self.refuse(&error))?))
+            }
+            (true, false) => {
+                console.say(&format!(
+                    "warning: {name} holds an unfinished render and is left alone; --resume would go on with it"
+                ));
+                Ok(None)
+            }
+            (false, true) => {
+                console.say(&format!("there is no {name} to go on from: beginning"));
+                Ok(None)
+            }
+            (false, false) => Ok(None),
+        }
+    }
+
+    /// A render's error, with what to do where this file is the cause.
+    pub(super) fn explain(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Mismatch(why) => self.refuse(&why),
+            other => other.into(),
+        }
+    }
+
+    fn refuse(&self, why: &dyn std::fmt::Display) -> Failure {
+        Failure::Other(anyhow!(
+            "cannot go on from {}: {why}; restore what it was begun with, or leave out --resume to begin again",
+            self.0.display()
+        ))
+    }
+
+    /// Writes it whole or not at all.
+    pub(super) fn save(&self, state: &Unfinished) -> Result<(), Failure> {
+        Ok(atomic_file::write(&self.0, |out| state.write(out))
+            .with_context(|| format!("cannot write {}", self.0.display()))?)
+    }
+
+    /// Removes it once the image is whole.
+    pub(super) fn remove(&self) -> Result<(), Failure> {
+        match fs::remove_file(&self.0) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(anyhow!("cannot remove {}: {error}", self.0.display()).into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// For messages.
+    pub(super) fn path(&self) -> &Path {
+        &self.0
+    }
+}

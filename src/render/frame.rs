@@ -1,0 +1,379 @@
+//! One render in progress: tiles, batches, submits.
+
+use super::tally::Tally;
+use super::tile::{self, Tile};
+use super::{Observer, RenderError};
+use crate::abi::{self, Buf, DepthCount, Film, Push, Queue};
+use crate::pack::Packed;
+use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
+use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
+use bytemuck::Pod;
+use std::borrow::Cow;
+use std::rc::Rc;
+
+/// Device time of one submit to aim at: well under the two seconds after which some systems take a
+/// device for hung, and often enough for a progress bar.
+const SUBMIT_SECONDS: f64 = 0.25;
+
+/// What poisoned buffers hold.
+const QUIET_NAN: u32 = 0x7fc0_0000;
+/// Buffers whose contents do not outlive a submit.
+const TRANSIENT: &[Buf] = &[
+    Buf::Rays,
+    Buf::NextRays,
+    Buf::Media,
+    Buf::NextMedia,
+    Buf::Queue,
+    Buf::NextQueue,
+    Buf::Hits,
+    Buf::Surfaces,
+    Buf::Totals,
+    Buf::Offsets,
+    Buf::Contributions,
+    Buf::Slots,
+];
+
+/// What of the image is there: whole tiles, and the tile that was cut short.
+pub(super) struct Drawn {
+    /// The region's pixels, linear.
+    pub(super) linear: Vec<[f32; 3]>,
+    /// Rectangles with all their samples.
+    pub(super) finished: Vec<Tile>,
+    /// Of the finished rectangles.
+    pub(super) tally: Tally,
+}
+
+impl Drawn {
+    /// Nothing yet.
+    pub(super) fn new(settings: &Settings) -> Drawn {
+        let [x0, y0, x1, y1] = settings.region();
+        let pixels = (x1 - x0) as usize * (y1 - y0) as usize;
+        Drawn { linear: vec![[0.0; 3]; pixels], finished: Vec::new(), tally: Tally::default() }
+    }
+}
+
+/// Everything that goes to the device once, as the kernels of this precision want it.
+pub(super) fn uploads<'a>(
+    packed: &'a Packed,
+    camera: &'a [abi::double::Camera; 1],
+    precision: Precision,
+) -> [(Buf, Cow<'a, [u8]>); 13] {
+    let double = precision == Precision::Double;
+    [
+        (Buf::Camera, device_bytes::<_, abi::single::Camera>(camera.as_slice(), double)),
+        (Buf::Triangles, device_bytes::<_, abi::single::Triangle>(&packed.triangles, double)),
+        (Buf::TriangleInfos, device_bytes::<_, abi::single::TriangleInfo>(&packed.triangle_infos, double)),
+        (Buf::CornerNormals, device_bytes::<_, abi::single::CornerNormals>(&packed.corner_normals, double)),
+        (Buf::Spheres, device_bytes::<_, abi::single::Sphere>(&packed.spheres, double)),
+        (Buf::WideSpheres, device_bytes::<_, abi::single::WideSphere>(&packed.wide_spheres, double)),
+        (Buf::SphereInfos, device_bytes::<_, abi::single::SphereInfo>(&packed.sphere_infos, double)),
+        (Buf::Nodes, device_bytes::<_, abi::single::Node>(&packed.nodes, double)),
+        (Buf::Materials, device_bytes::<_, abi::single::Material>(&packed.materials, double)),
+        (Buf::Lights, device_bytes::<_, abi::single::Light>(&packed.lights, double)),
+        (Buf::SolidIors, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_iors))),
+        (Buf::SolidPriorities, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_priorities))),
+        (Buf::EyeMedia, Cow::Borrowed(bytemuck::cast_slice(&packed.eye_media))),
+    ]
+}
+
+/// Host structs as the kernels want them: f64 as they are, or each number rounded to f32.
+fn device_bytes<W: Pod, N: Pod + for<'w> From<&'w W>>(wide: &[W], double: bool) -> Cow<'_, [u8]> {
+    if double {
+        return Cow::Borrowed(bytemuck::cast_slice(wide));
+    }
+    let narrow: Vec<N> = wide.iter().map(N::from).collect();
+    Cow::Owned(bytemuck::cast_slice(&narrow).to_vec())
+}
+
+/// Buffers, recorder, and the state of the plan as it meets the scene.
+pub(crate) struct Frame<'a> {
+    pub(crate) pipelines: Rc<Pipelines>,
+    pub(crate) buffers: Buffers,
+    pub(crate) recorder: Recorder,
+    settings: &'a Settings,
+    plan: &'a Plan,
+    lights: u32,
+    batch_samples: u32,
+    /// Device seconds per sample so far, to size the next submit.
+    rate: f64,
+    /// Fill what the kernels write with NaN before each submit.
+    pub(super) poison: bool,
+}
+
+impl<'a> Frame<'a> {
+    pub(crate) fn new(
+        device: &Rc<Device>,
+        pipelines: Rc<Pipelines>,
+        packed: &Packed,
+        scene: &Scene,
+        settings: &'a Settings,
+        plan: &'a Plan,
+    ) -> Result<Frame<'a>, VkError> {
+        let film = plan.buffer_bytes[Buf::Film as usize];
+        let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
+        let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
+        let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
+        let camera = [packed.camera(scene, settings)];
+        for (buffer, bytes) in uploads(packed, &camera, settings.precision) {
+            recorder.upload(&mut buffers, buffer, &bytes)?;
+        }
+        Ok(Frame {
+            pipelines,
+            buffers,
+            recorder,
+            settings,
+            plan,
+            lights: packed.lights.len() as u32,
+            batch_samples: plan.batch_samples,
+            rate: 0.0,
+            poison: false,
+        })
+    }
+
+    /// Runs every kernel once on one pixel: a software device compiles at the first dispatch.
+    pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
+        let [x, y, ..] = self.settings.region();
+        let tile = Tile { x, y, width: 1, height: 1 };
+        self.recorder.begin()?;
+        self.recorder.fill(&self.buffers, Buf::Film, 0);
+        self.recorder.fill(&self.buffers, Buf::DepthCounts, 0);
+        self.recorder.fill(&self.buffers, Buf::Counters, 0);
+        self.batch(&tile, 0, 1, self.settings.depth.min(2));
+        self.recorder.submit(&self.buffers)?;
+        Ok(())
+    }
+
+    /// The tiles that `drawn` lacks, until done or cancelled. Gives the share of samples done and what
+    /// the tile that was cut short counted.
+    pub(super) fn render(
+        &mut self,
+        drawn: &mut Drawn,
+        observer: &mut dyn Observer,
+    ) -> Result<(f64, Tally), RenderError> {
+        let region = self.settings.region();
+        let total = drawn.linear.len() as u64 * u64::from(self.settings.samples);
+        let mut work = tile::remaining(tile::tiles(region, self.plan.tile_pixels), &drawn.finished);
+        let pixels: u64 = drawn.finished.iter().map(|t| u64::from(t.pixels())).sum();
+        let mut done = pixels * u64::from(self.settings.samples);
+        let mut cut = Tally::default();
+        while let Some(tile) = work.pop() {
+            match self.tile(&tile, observer, done, total)? {
+                TileEnd::Done(samples, tally) => {
+                    let film = self.film(&tile)?;
+                    for (pixel, at) in film.iter().zip(tile.offsets(region)) {
+                        drawn.linear[at] = mean(pixel, samples);
+                    }
+                    done += u64::from(tile.pixels()) * u64::from(samples);
+                    if samples < self.settings.samples {
+                        cut = tally;
+                        break;
+                    }
+                    tile::push(&mut drawn.finished, tile);
+                    drawn.tally.add(&tally);
+                }
+                TileEnd::Overflow if self.batch_samples > 1 => {
+                    self.batch_samples /= 2;
+                    work.push(tile);
+                }
+                TileEnd::Overflow => match tile.halves() {
+                    Some([first, second]) => work.extend([second, first]),
+                    None => return Err(self.pixel_too_deep(&tile)),
+                },
+            }
+            if observer.cancelled() && !work.is_empty() {
+                break;
+            }
+        }
+        Ok((done as f64 / total as f64, cut))
+    }
+
+    fn pixel_too_deep(&self, tile: &Tile) -> RenderError {
+        RenderError::DoesNotFit(format!(
+            "one sample of pixel ({}, {}) has more than {} rays alive at one depth, more than a queue of this device holds; \
+             try a smaller --depth",
+            tile.x, tile.y, self.plan.capacity
+        ))
+    }
+
+    /// All samples of one tile.
+    fn tile(
+        &mut self,
+        tile: &Tile,
+        observer: &mut dyn Observer,
+        done: u64,
+        total: u64,
+    ) -> Result<TileEnd, RenderError> {
+        let mut tally = Tally { tiles: 1, pixels: u64::from(tile.pixels()), ..Tally::default() };
+        let mut first = 0;
+        while first < self.settings.samples {
+            self.recorder.begin()?;
+            if self.poison {
+                for buffer in TRANSIENT {
+                    self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
+                }
+            }
+            if first == 0 {
+                self.recorder.fill(&self.buffers, Buf::Film, 0);
+            }
+            self.recorder.fill(&self.buffers, Buf::DepthCounts, 0);
+            self.recorder.fill(&self.buffers, Buf::Counters, 0);
+            let begin = first;
+            let most = self.samples_per_submit(tile);
+            let mut per_batch = 0;
+            while first < self.settings.samples
+                && (first == begin || first - begin < most)
+                && self.recorder.dispatches() + per_batch <= DISPATCHES_MAX
+            {
+                let samples = self.batch_samples.min(self.settings.samples - first);
+                let before = self.recorder.dispatches();
+                self.batch(tile, first, samples, self.settings.depth);
+                per_batch = self.recorder.dispatches() - before;
+                first += samples;
+                tally.batches += 1;
+            }
+            let counts = self.buffers.bytes(Buf::DepthCounts);
+            self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
+            self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
+            let timed = self.recorder.submit(&self.buffers)?;
+            if self.read_counts(&mut tally) {
+                return Ok(TileEnd::Overflow);
+            }
+            let samples = u64::from(first - begin) * u64::from(tile.pixels());
+            tally.depths[0][0] += samples;
+            tally.samples += samples;
+            tally.add_timings(&timed);
+            let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
+            self.rate = seconds / samples as f64;
+            observer.progress(done + u64::from(first) * u64::from(tile.pixels()), total);
+            if observer.cancelled() {
+                break;
+            }
+        }
+        Ok(TileEnd::Done(first, tally))
+    }
+
+    /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
+    /// fill the aimed time, within what the 32-bit counts of a submit can hold.
+    fn samples_per_submit(&self, tile: &Tile) -> u32 {
+        if self.rate <= 0.0 {
+            return 1;
+        }
+        let per_sample = self.rate * f64::from(tile.pixels());
+        let rays = f64::from(self.plan.capacity) / f64::from(self.batch_samples);
+        let counted = f64::from(u32::MAX) / (rays * f64::from(self.lights.max(1)));
+        (SUBMIT_SECONDS / per_sample).min(counted).max(1.0) as u32
+    }
+
+    /// Adds the submit's counts; true if a queue was too small.
+    fn read_counts(&mut self, tally: &mut Tally) -> bool {
+        let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
+        let staging = self.buffers.staging_bytes();
+        let depths: Vec<DepthCount> = bytemuck::pod_collect_to_vec(&staging[..bytes]);
+        let counters: Vec<u32> =
+            bytemuck::pod_collect_to_vec(&staging[bytes..bytes + 4 * abi::COUNTERS as usize]);
+        if counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
+            return true;
+        }
+        let counted = Tally {
+            depths: depths
+                .iter()
+                .map(|d| [d.traced, d.reflections, d.refractions, d.shadow].map(u64::from))
+                .collect(),
+            counters: std::array::from_fn(|i| u64::from(counters[i])),
+            ..Tally::default()
+        };
+        tally.add(&counted);
+        false
+    }
+
+    /// Records the frame for `samples` samples of every pixel of `tile`.
+    fn batch(&mut self, tile: &Tile, first_sample: u32, samples: u32, last_depth: u32) {
+        let items = tile.pixels() * samples;
+        let push = Push {
+            tile_x: tile.x,
+            tile_y: tile.y,
+            tile_width: tile.width,
+            tile_pixels: tile.pixels(),
+            first_sample,
+            batch_samples: samples,
+            samples: self.settings.samples,
+            seed: self.settings.seed,
+            depth: 0,
+            last_depth,
+            light_begin: 0,
+            light_end: 0,
+            capacity: self.plan.capacity,
+            items,
+        };
+        let groups = items.div_ceil(self.plan.specialisation.workgroup);
+        let queue = Queue {
+            groups_x: groups.min(abi::GROUPS_PER_ROW),
+            groups_y: groups.div_ceil(abi::GROUPS_PER_ROW),
+            groups_z: 1,
+            count: items,
+            reflections: 0,
+        };
+        self.recorder.update(&self.buffers, Buf::Queue, bytemuck::bytes_of(&queue));
+        for pass in PROLOGUE {
+            self.dispatch(pass, 0, push, items);
+        }
+        for depth in 1..=last_depth {
+            let push = Push { depth, ..push };
+            for pass in PER_DEPTH {
+                match pass.when {
+                    When::Always => self.dispatch(pass, depth, push, 0),
+                    When::NotLast if depth < last_depth => self.dispatch(pass, depth, push, 0),
+                    When::Branching if self.plan.specialisation.branching != 0 => {
+                        self.dispatch(pass, depth, push, 0);
+                    }
+                    When::PerLights => {
+                        let mut begin = 0;
+                        loop {
+                            let end = (begin + self.plan.lights_per_pass).min(self.lights);
+                            let push = Push { light_begin: begin, light_end: end, ..push };
+                            self.dispatch(pass, depth, push, 0);
+                            begin = end;
+                            if begin >= self.lights {
+                                break;
+                            }
+                        }
+                    }
+                    When::NotLast | When::Branching => {}
+                }
+            }
+        }
+        for pass in EPILOGUE {
+            self.dispatch(pass, 0, push, tile.pixels());
+        }
+    }
+
+    fn dispatch(&mut self, pass: &'static Pass, depth: u32, push: Push, items: u32) {
+        self.recorder.dispatch(&self.pipelines, &self.buffers, &Dispatch { pass, depth, push, items });
+    }
+
+    /// The tile's running sums.
+    fn film(&mut self, tile: &Tile) -> Result<Vec<Film>, RenderError> {
+        let bytes = u64::from(tile.pixels()) * size_of::<Film>() as u64;
+        self.recorder.begin()?;
+        self.recorder.download(&self.buffers, Buf::Film, bytes, 0);
+        self.recorder.submit(&self.buffers)?;
+        Ok(bytemuck::pod_collect_to_vec(&self.buffers.staging_bytes()[..bytes as usize]))
+    }
+}
+
+enum TileEnd {
+    /// So many samples of every pixel are in the film; what they counted.
+    Done(u32, Tally),
+    /// A queue was too small; nothing of the tile counts.
+    Overflow,
+}
+
+/// Mean of `samples` samples; both parts of the sum in f64, rounded once.
+pub(crate) fn mean(film: &Film, samples: u32) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        ((f64::from(film.sum[c]) + f64::from(film.compensation[c])) / f64::from(samples.max(1))) as f32
+    })
+}

@@ -1,0 +1,277 @@
+//! Settings and a scene in, an image and a report out.
+
+mod frame;
+mod tally;
+mod tile;
+mod unfinished;
+
+pub(crate) use frame::mean;
+pub(crate) use tile::{Tile, tiles};
+pub use unfinished::{Mismatch, Unfinished};
+
+use crate::abi::Specialisation;
+use crate::kernels::Kernel;
+use crate::pack::pack;
+use crate::plan::{Plan, PlanError};
+use crate::report::{Report, TimeInfo};
+use crate::scene::Scene;
+use crate::selftest::{self, SelfTest};
+use crate::settings::{DeviceChoice, Precision, Settings};
+use crate::vk::{Device, Pipelines, VkError};
+use frame::Drawn;
+pub(crate) use frame::Frame;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+use unfinished::Identity;
+
+/// An image with the story of its making.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Rows from the top, linear RGB, unclamped. Pixels that were not reached are black.
+    pub linear: Vec<[f32; 3]>,
+    /// Share of the work that was done; 1 unless interrupted.
+    pub done: f64,
+    /// Everything that was counted and timed (the file names in it are the caller's to fill; so are the
+    /// wall and scene times, of which those of the earlier part are already there).
+    pub report: Report,
+    /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
+    pub unfinished: Option<Unfinished>,
+}
+
+/// Told of the progress between submits; may end the render.
+pub trait Observer {
+    /// `done` of `total` units of work (samples) are finished.
+    fn progress(&mut self, done: u64, total: u64);
+    /// True once the render should stop after the submit in flight.
+    fn cancelled(&self) -> bool;
+}
+
+/// An observer that only lets things run.
+pub struct Quiet;
+
+impl Observer for Quiet {
+    fn progress(&mut self, _done: u64, _total: u64) {}
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Why there is no image.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// No Vulkan, no device, or not the one asked for.
+    #[error("{0}")]
+    NoDevice(String),
+    /// The device stopped answering.
+    #[error("{0}")]
+    DeviceLost(String),
+    /// The scene or the settings cannot be rendered on this device; says what would fit.
+    #[error("{0}")]
+    DoesNotFit(String),
+    /// The earlier part belongs to another render.
+    #[error(transparent)]
+    Mismatch(#[from] Mismatch),
+    /// Any other failed call.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl From<VkError> for RenderError {
+    fn from(error: VkError) -> Self {
+        match error {
+            VkError::NoDevice(_) => RenderError::NoDevice(error.to_string()),
+            VkError::Lost { .. } => RenderError::DeviceLost(error.to_string()),
+            VkError::Memory { .. } => RenderError::DoesNotFit(error.to_string()),
+            VkError::Call { .. } => RenderError::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<PlanError> for RenderError {
+    fn from(error: PlanError) -> Self {
+        RenderError::DoesNotFit(error.to_string())
+    }
+}
+
+/// A device, ready to render.
+pub struct Renderer {
+    device: Rc<Device>,
+    /// Kernel variants built so far, by precision and specialisation.
+    variants: BTreeMap<(bool, Vec<u32>), Rc<Pipelines>>,
+    arithmetic: SelfTest,
+    opened: Duration,
+    brute_force: Option<bool>,
+    omitted_barrier: Option<Kernel>,
+    poison: bool,
+}
+
+impl Renderer {
+    /// Opens a device; with `validate`, under the validation layer.
+    pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
+        let start = Instant::now();
+        let device = Rc::new(Device::new(choice, validate)?);
+        let arithmetic = selftest::known(&device)?;
+        Ok(Renderer {
+            device,
+            arithmetic,
+            variants: BTreeMap::new(),
+            opened: start.elapsed(),
+            brute_force: None,
+            omitted_barrier: None,
+            poison: false,
+        })
+    }
+
+    /// What the device's arithmetic is worth.
+    pub fn arithmetic(&self) -> &SelfTest {
+        &self.arithmetic
+    }
+
+    /// The settings that this device can keep, and why they differ from those asked for.
+    fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
+        let faults = self.arithmetic.single.faults();
+        if asked.precision != Precision::Robust || faults.is_empty() {
+            return (asked.clone(), Vec::new());
+        }
+        let why = faults.join("; ");
+        match self.arithmetic.double {
+            Some(double) if double.faults().is_empty() => (
+                Settings { precision: Precision::Double, ..asked.clone() },
+                vec![format!("rendered in f64, as this device's f32 cannot be trusted: {why}")],
+            ),
+            _ => (
+                asked.clone(),
+                vec![format!("bounds may not hold, as this device's f32 cannot be trusted: {why}")],
+            ),
+        }
+    }
+
+    /// Warnings and errors of the validation layer so far.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.device.validation_messages()
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Rc<Device> {
+        &self.device
+    }
+
+    /// Tests every primitive (`true`) or walks the hierarchy (`false`), whatever the scene's size.
+    pub fn force_brute_force(&mut self, brute_force: Option<bool>) {
+        self.brute_force = brute_force;
+    }
+
+    pub(crate) fn brute_force(&self) -> Option<bool> {
+        self.brute_force
+    }
+
+    /// Plants a missing barrier, for a test of the validation.
+    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
+        self.omitted_barrier = kernel;
+    }
+
+    /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
+    /// written then shows in the image.
+    pub fn poison_buffers(&mut self, poison: bool) {
+        self.poison = poison;
+    }
+
+    /// Renders `scene`.
+    pub fn render(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        self.resume(scene, settings, None, observer)
+    }
+
+    /// Renders what an earlier, interrupted render left; the image is the same, bit for bit, as if it
+    /// had not been interrupted. Rays and times are those of both parts together.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`]; also if `earlier` is of another scene, device, program, or of other
+    /// settings that change the image.
+    pub fn resume(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        earlier: Option<Unfinished>,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        let start = Instant::now();
+        let (settings, warnings) = self.trusted(settings);
+        let settings = &settings;
+        self.check_precision(settings)?;
+        let packed = pack(scene, settings, self.brute_force);
+        let plan = Plan::new(&packed, settings, &self.device.limits())?;
+        let device = self.device.info();
+        let identity = || Identity::new(&device, &packed, scene, settings);
+        let (mut drawn, before) = match earlier {
+            None => (Drawn::new(settings), TimeInfo::default()),
+            Some(earlier) => earlier.into_drawn(&identity())?,
+        };
+        let built = start.elapsed();
+
+        let start = Instant::now();
+        let (pipelines, fresh) = self.pipelines(&plan.specialisation, settings.precision)?;
+        let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
+        frame.recorder.omit_barrier_after(self.omitted_barrier);
+        frame.poison = self.poison;
+        if fresh {
+            frame.warm_up()?;
+        }
+        let first_dispatch = start.elapsed() + std::mem::take(&mut self.opened);
+
+        let start = Instant::now();
+        let (done, cut) = frame.render(&mut drawn, observer)?;
+        let render = start.elapsed();
+        let mut tally = drawn.tally.clone();
+        tally.add(&cut);
+        let mut report = tally.report(settings, &packed, &plan);
+        report.time = TimeInfo {
+            build: before.build + built.as_secs_f64(),
+            first_dispatch: before.first_dispatch + first_dispatch.as_secs_f64(),
+            device: report.passes.iter().map(|p| p.seconds).sum(),
+            render: before.render + render.as_secs_f64(),
+            ..before
+        };
+        let [x0, y0, x1, y1] = settings.region();
+        let (width, height) = (x1 - x0, y1 - y0);
+        let unfinished = (done < 1.0 && !drawn.finished.is_empty())
+            .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
+        report.device = device;
+        report.warnings = warnings;
+        Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
+    }
+
+    pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
+        if settings.precision == Precision::Double && !self.device.has_double() {
+            return Err(RenderError::NoDevice(format!(
+                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
+                self.device.info().name
+            )));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn pipelines(
+        &mut self,
+        s: &Specialisation,
+        precision: Precision,
+    ) -> Result<(Rc<Pipelines>, bool), RenderError> {
+        let double = precision == Precision::Double;
+        let key = (double, s.values());
+        if let Some(found) = self.variants.get(&key) {
+            return Ok((Rc::clone(found), false));
+        }
+        let built = Rc::new(Pipelines::new(&self.device, crate::passes::all().map(|p| p.kernel), s, double)?);
+        self.variants.insert(key, Rc::clone(&built));
+        Ok((built, true))
+    }
+}

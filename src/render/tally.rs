@@ -1,0 +1,163 @@
+//! What a render counts and times, tile by tile, and the report made of it.
+
+use crate::abi;
+use crate::kernels::Kernel;
+use crate::pack::Packed;
+use crate::passes::{PROLOGUE, Size};
+use crate::plan::Plan;
+use crate::report::{
+    Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo,
+};
+use crate::settings::Settings;
+use crate::vk::Timed;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What was counted and timed.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tally {
+    /// Rays traced, reflections, refractions and shadow rays of each depth.
+    pub(super) depths: Vec<[u64; 4]>,
+    /// Depth and place in the frame; launches and seconds.
+    #[serde(with = "rows")]
+    pub(super) passes: BTreeMap<(u32, usize), (u64, f64)>,
+    pub(super) counters: [u64; abi::COUNTERS as usize],
+    pub(super) tiles: u64,
+    pub(super) batches: u64,
+    pub(super) samples: u64,
+    pub(super) pixels: u64,
+}
+
+/// JSON has no keys but texts: the map as a list of pairs.
+mod rows {
+    use serde::{Deserialize, Deserializer, Serializer};
+    use std::collections::BTreeMap;
+
+    type Rows = BTreeMap<(u32, usize), (u64, f64)>;
+
+    pub(super) fn serialize<S: Serializer>(rows: &Rows, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(rows)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Rows, D::Error> {
+        Ok(Vec::deserialize(from)?.into_iter().collect())
+    }
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, other: &Tally) {
+        if self.depths.len() < other.depths.len() {
+            self.depths.resize(other.depths.len(), [0; 4]);
+        }
+        for (a, b) in self.depths.iter_mut().zip(&other.depths) {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        }
+        for (key, (launches, seconds)) in &other.passes {
+            let row = self.passes.entry(*key).or_default();
+            *row = (row.0 + launches, row.1 + seconds);
+        }
+        self.counters.iter_mut().zip(other.counters).for_each(|(a, b)| *a += b);
+        self.tiles += other.tiles;
+        self.batches += other.batches;
+        self.samples += other.samples;
+        self.pixels += other.pixels;
+    }
+
+    pub(super) fn add_timings(&mut self, timed: &[Timed]) {
+        for t in timed {
+            let place = frame_place(t.kernel);
+            let row = self.passes.entry((t.depth, place)).or_default();
+            *row = (row.0 + 1, row.1 + t.seconds);
+        }
+    }
+
+    pub(super) fn report(&self, settings: &Settings, packed: &Packed, plan: &Plan) -> Report {
+        let mut report = Report {
+            scene: SceneInfo {
+                file: String::new(),
+                triangles: packed.triangles.len() as u64,
+                spheres: packed.spheres.len() as u64,
+                lights: packed.lights.len() as u64,
+                local_frame: LocalFrameInfo {
+                    center: packed.frame.center.to_array(),
+                    scale_log2: packed.frame.scale_log2,
+                },
+            },
+            settings: settings_info(settings),
+            plan: PlanInfo {
+                features: plan.features.iter().map(|f| (*f).to_owned()).collect(),
+                bytes: plan.bytes(),
+                tiles: self.tiles,
+                batches: self.batches,
+            },
+            counters: Counters {
+                degenerate_triangles: packed.degenerate_triangles,
+                nan_rays: self.counters[abi::COUNTER_NAN_RAYS as usize],
+                clamped_lights: self.counters[abi::COUNTER_CLAMPED_LIGHTS as usize],
+                stack_overflow: self.counters[abi::COUNTER_STACK_OVERFLOW as usize],
+                loop_cap: self.counters[abi::COUNTER_LOOP_CAP as usize],
+                media_overflow: self.counters[abi::COUNTER_MEDIA_OVERFLOW as usize],
+            },
+            ..Report::default()
+        };
+        for (i, [traced, reflections, refractions, shadow]) in self.depths.iter().enumerate() {
+            if *traced == 0 {
+                break;
+            }
+            report.rays.primary += if i == 0 { *traced } else { 0 };
+            report.rays.reflection += reflections;
+            report.rays.refraction += refractions;
+            report.rays.shadow += shadow;
+            report.rays.by_depth.push(DepthInfo { depth: i as u32 + 1, traced: *traced, shadow: *shadow });
+        }
+        let mut rows: Vec<_> = self.passes.iter().collect();
+        rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
+        for ((depth, place), (launches, seconds)) in rows {
+            let pass = crate::passes::all().nth(*place).unwrap_or(&PROLOGUE[0]);
+            let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
+            let items = match pass.size {
+                Size::Rays => at,
+                Size::Samples => self.samples,
+                Size::Pixels => self.pixels,
+                Size::One => *launches,
+            };
+            report.passes.push(PassInfo {
+                name: pass.kernel.name().into(),
+                depth: *depth,
+                launches: *launches,
+                seconds: *seconds,
+                items,
+            });
+        }
+        report
+    }
+}
+
+/// The settings as the report names them.
+pub(super) fn settings_info(settings: &Settings) -> SettingsInfo {
+    SettingsInfo {
+        width: settings.width,
+        height: settings.height,
+        samples: settings.samples,
+        depth: settings.depth,
+        sampler: "random".into(),
+        precision: settings.precision.name().into(),
+        seed: settings.seed,
+        origin: settings.origin.name(),
+        crop: settings.crop,
+    }
+}
+
+/// Position of a kernel in the frame.
+fn frame_place(kernel: Kernel) -> usize {
+    crate::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
+}
+
+/// Prologue, depths, epilogue.
+fn row_group(depth: u32, place: usize) -> u32 {
+    match (depth, place) {
+        (0, 0) => 0,
+        (0, _) => 2,
+        _ => 1,
+    }
+}

@@ -1,0 +1,179 @@
+#!/bin/sh
+# Sets this machine up, builds, and renders a picture or runs the tests.
+# See the usage text below. Needs cargo and rustc; installs the rest on Debian and Ubuntu.
+set -eu
+
+usage() {
+    cat <<'TEXT'
+usage: ./whitted.sh render   build, then render scenes/cornell.toml to cornell.png
+       ./whitted.sh test     build, then run all tests
+       ./whitted.sh setup    only set up, so that plain `cargo build` and `cargo test` work
+
+On Debian and Ubuntu missing packages are installed by apt-get, with sudo if need be. Elsewhere the
+script says what is missing. Nothing is downloaded where nothing is missing.
+TEXT
+}
+
+say() { printf '%s\n' "whitted: $*" >&2; }
+fail() { say "$*"; exit 1; }
+have() { command -v "$1" >/dev/null 2>&1; }
+# True if a file matches the pattern, which the caller leaves unquoted.
+any() { [ -e "$1" ]; }
+
+need_rust() {
+    # rustup puts cargo where only a login shell looks.
+    have cargo || PATH="${CARGO_HOME:-$HOME/.cargo}/bin:$PATH"
+    have cargo && have rustc ||
+        fail "cargo and rustc are missing: install Rust 1.88 or newer, for instance from https://rustup.rs"
+}
+
+# A Vulkan driver's manifest, in the folders that the loader searches. With "cpu" only lavapipe's counts.
+have_driver() {
+    if [ "${1:-}" != cpu ] && [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ]; then return 0; fi
+    for folder in /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d; do
+        if [ "${1:-}" = cpu ]; then
+            any "$folder"/lvp_icd*.json && return 0
+        else
+            any "$folder"/*.json && return 0
+        fi
+    done
+    return 1
+}
+
+have_loader() {
+    for folder in "/usr/lib/$machine-linux-gnu" /usr/lib64 /usr/lib /usr/local/lib ${VULKAN_SDK:+"$VULKAN_SDK/lib"}; do
+        any "$folder"/libvulkan.so.1* && return 0
+    done
+    return 1
+}
+
+have_layer() {
+    for folder in /usr/share/vulkan /usr/local/share/vulkan /etc/vulkan ${VULKAN_SDK:+"$VULKAN_SDK/share/vulkan"}; do
+        any "$folder"/explicit_layer.d/VkLayer_khronos_validation.json && return 0
+    done
+    return 1
+}
+
+# The crate `shaderc` links libshaderc. Debian's shared library lacks symbols and its static one holds
+# only a part, so try to link against the shared one instead of guessing by the system's name.
+have_sound_shaderc() {
+    have cc || return 1
+    scratch=$(mktemp -d)
+    printf '%s\n' 'void *shaderc_compiler_initialize(void);' \
+        'int main(void) { return shaderc_compiler_initialize() == 0; }' >"$scratch/probe.c"
+    status=1
+    for name in shaderc shaderc_shared; do
+        cc "$scratch/probe.c" -o "$scratch/probe" "-l$name" >/dev/null 2>&1 && status=0
+    done
+    rm -rf "$scratch"
+    return $status
+}
+
+shaderc_is_chosen() { [ -n "${SHADERC_LIB_DIR:-}${VULKAN_SDK:-}" ]; }
+
+# One package per missing thing, in words of Debian.
+missing_packages() {
+    have cc || echo gcc libc6-dev
+    have c++ || echo g++ # shaderc needs its standard library
+    have ar || echo binutils
+    [ -e /etc/ssl/certs/ca-certificates.crt ] || [ -n "${SSL_CERT_FILE:-}" ] || echo ca-certificates # for cargo
+    if ! shaderc_is_chosen && ! any "$merged" && ! have_sound_shaderc; then
+        [ -e "$libraries/libshaderc_combined.a" ] || echo libshaderc-dev
+        [ -e "$libraries/libglslang.a" ] || echo glslang-dev
+        [ -e "$libraries/libSPIRV-Tools.a" ] || echo spirv-tools
+    fi
+    have_loader || echo libvulkan1
+    if [ "$1" != render ]; then
+        have_driver cpu || echo mesa-vulkan-drivers
+        have_layer || echo vulkan-validationlayers
+    else
+        have_driver || echo mesa-vulkan-drivers
+    fi
+}
+
+install_packages() {
+    say "installing $*"
+    root=
+    if [ "$(id -u)" != 0 ]; then
+        have sudo || fail "sudo is missing: run as root \`apt-get install $*\`, then this again"
+        root='sudo'
+    fi
+    # A broken third-party source is no reason to stop: apt-get install has the last word.
+    $root env DEBIAN_FRONTEND=noninteractive apt-get update -q >&2 </dev/null || say "apt-get update failed; trying all the same"
+    $root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@" >&2 </dev/null ||
+        fail "apt-get could not install $*"
+}
+
+need_packages() {
+    # shellcheck disable=SC2046 # one word per package
+    set -- $(missing_packages "$1")
+    [ $# -gt 0 ] || return 0
+    if have apt-get; then
+        install_packages "$@"
+    else
+        fail "missing here; on Debian the packages are called: $*
+Install a C and C++ compiler, binutils, libshaderc (or the Vulkan SDK), a Vulkan loader, a Vulkan driver
+(Mesa's lavapipe will do) and, for the tests, lavapipe and the Khronos validation layer."
+    fi
+}
+
+# Joins what Debian splits into one archive, and tells cargo where it is. The member libraries differ
+# between releases; the ones that exist are the ones that are needed.
+merge_shaderc() {
+    mkdir -p "$(dirname "$merged")"
+    script=$(
+        echo "create $merged.new"
+        for name in shaderc_combined glslang MachineIndependent GenericCodeGen OSDependent OGLCompiler HLSL SPIRV \
+            glslang-default-resource-limits SPIRV-Tools-opt SPIRV-Tools; do
+            [ ! -e "$libraries/lib$name.a" ] || echo "addlib $libraries/lib$name.a"
+        done
+        echo save
+        echo end
+    )
+    printf '%s\n' "$script" | ar -M || fail "ar could not merge the archives of libshaderc"
+    mv "$merged.new" "$merged"
+}
+
+prepare_shaderc() {
+    if shaderc_is_chosen; then return 0; fi
+    if ! any "$merged"; then
+        if have_sound_shaderc; then return 0; fi
+        [ -e "$libraries/libshaderc_combined.a" ] || return 0 # the crate builds its own
+        merge_shaderc
+    fi
+    if ! [ -e .cargo/config.toml ]; then
+        printf '%s\n' '[env]' 'SHADERC_LIB_DIR = { value = ".cargo/shaderc", relative = true }' >.cargo/config.toml
+    elif ! grep -q SHADERC_LIB_DIR .cargo/config.toml; then
+        fail 'add to the [env] of .cargo/config.toml: SHADERC_LIB_DIR = { value = ".cargo/shaderc", relative = true }'
+    fi
+}
+
+setup() {
+    machine=$(uname -m)
+    libraries=/usr/lib/$machine-linux-gnu
+    merged=.cargo/shaderc/libshaderc_combined.a
+    need_rust
+    need_packages "$1"
+    prepare_shaderc
+}
+
+main() {
+    case "${1:-}" in
+    render | test | setup) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
+    -h | --help | help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+    esac
+    unset CDPATH
+    cd "$(dirname "$0")"
+    setup "$1"
+    case "$1" in
+    render)
+        cargo run --release --locked -- render scenes/cornell.toml -o cornell.png </dev/null
+        say "the picture is $PWD/cornell.png"
+        ;;
+    test) cargo test --locked --no-fail-fast </dev/null ;;
+    setup) say "ready: cargo build and cargo test work" ;;
+    esac
+}
+
+main "$@"
