@@ -16,7 +16,7 @@ mod tracer;
 mod triangles;
 
 pub use case::{Case, Figure, Harness};
-pub use tracer::{Picture, Tracer};
+pub use tracer::{Picture, Tracer, Twins};
 
 /// All cases, in the order they are run.
 pub fn cases() -> Vec<Case> {
