@@ -336,7 +336,7 @@ mod tests {
     fn odd_boxes_stay_within_the_stack() {
         let item = |lo: DVec3, size: DVec3, i: usize| Item {
             bounds: Bounds { lo, hi: lo + size },
-            is_sphere: i % 3 == 0,
+            is_sphere: i.is_multiple_of(3),
         };
         let row = |n: usize, f: &dyn Fn(usize) -> (DVec3, DVec3)| -> Vec<Item> {
             (0..n)

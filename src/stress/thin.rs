@@ -208,9 +208,9 @@ fn slivers(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 }
 
 fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
-    let y = [-79.049614, -87.0922699, -79.2090149];
-    let bad =
-        y.map(|y| DVec3::new(f64::from(-1113.45459f32), f64::from(y as f32), f64::from(-56.2431908f32)));
+    let (x, z) = (-1113.45459, -56.2431908);
+    // Single numbers in pbrt's test.
+    let bad = [-79.049614, -87.0922699, -79.2090149].map(|y| DVec3::new(x, y, z).as_vec3().as_dvec3());
     let mut triangles = vec![bad];
     let alone = soup(&triangles);
     let ray = |h: &Harness<'_>, scene: &Scene| {
@@ -312,7 +312,7 @@ fn in_plane(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 }
 
 fn hit_point(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
-    let place = DVec3::new(98_304.7531, -50_000.2718, 70_000.5772);
+    let place = DVec3::new(98304.7531, -50000.2718, 70000.5772);
     let scene = one_mesh([DVec3::ZERO, DVec3::X, DVec3::Y].map(|v| v + place).to_vec(), &[[0, 1, 2]]);
     let frame = h.frame(&scene);
     let scale = frame.length(1.0);
