@@ -48,7 +48,7 @@ pub const CASES: &[Case] = &[
         name: "nested",
         does: "64 concentric spheres of radius 2^-i over a floor of 2^10, from between any two of them",
         stands_for: "the teapot in a stadium: stacks that overflow, spheres that vanish",
-        bound: "the right sphere, t within 16u (the roots' roundings, numerics S1), no overflow (B7)",
+        bound: "no overflow (B7); from radius 2^-60 of the frame up, where f32 holds the square: the right sphere, t within 16u |o| (1 + tan), tan that of the angle of incidence (the vector across the ray carries 4u |o|)",
         guards: &[Defect::ShortStack],
         run: nested,
     },
