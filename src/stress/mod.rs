@@ -4,6 +4,8 @@
 
 mod camera;
 mod case;
+mod duplicates;
+mod exact;
 mod files;
 mod frame;
 mod hierarchy;
@@ -12,6 +14,7 @@ mod origins;
 mod refraction;
 mod shapes;
 mod spheres;
+mod thin;
 mod tracer;
 mod triangles;
 
@@ -30,6 +33,8 @@ pub fn cases() -> Vec<Case> {
         lighting::CASES,
         camera::CASES,
         files::CASES,
+        thin::CASES,
+        duplicates::CASES,
     ]
     .concat()
 }
