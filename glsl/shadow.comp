@@ -44,7 +44,7 @@ vec3 direct_light(Surface s, inout uint shadow_rays) {
         uint skip = origin_fixed != 0u ? NONE : s.primitive;
         // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
         TraceRay r = make_trace_ray(origin, lights[l].position - origin, skip);
-        if (closest_hit(r, 1.0, true).primitive == NONE) {
+        if (closest_hit(r, defect == DEFECT_SHADOW_BEYOND ? FAR : real(1.0), true).primitive == NONE) {
             sum += lights[l].intensity * float((along / sqrt(squared)) / squared);
         }
     }

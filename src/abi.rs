@@ -493,6 +493,16 @@ constants! {
     DEFECT_SHORT_STACK = 23;
     /// `defect`: Boxes of the hierarchy are not padded.
     DEFECT_HOST_TINY_BOX = 24;
+    /// See [`crate::defect::Defect::EqualIndices`].
+    DEFECT_EQUAL_INDICES = 50;
+    /// See [`crate::defect::Defect::FlippedEta`].
+    DEFECT_FLIPPED_ETA = 51;
+    /// See [`crate::defect::Defect::Bailout`].
+    DEFECT_BAILOUT = 52;
+    /// See [`crate::defect::Defect::SilentMedia`].
+    DEFECT_SILENT_MEDIA = 53;
+    /// See [`crate::defect::Defect::ShadowBeyond`].
+    DEFECT_SHADOW_BEYOND = 54;
 }
 
 macro_rules! specialisation {

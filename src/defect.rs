@@ -65,4 +65,14 @@ defects! {
     ShortStack = DEFECT_SHORT_STACK;
     /// Boxes of the hierarchy are not padded.
     TightBoxes = DEFECT_HOST_TINY_BOX;
+    /// A surface between equal indices of refraction is treated as any other.
+    EqualIndices = DEFECT_EQUAL_INDICES;
+    /// The ratio of indices is not turned round where a ray leaves a solid.
+    FlippedEta = DEFECT_FLIPPED_ETA;
+    /// Rays that weigh less than 1/255 are dropped.
+    Bailout = DEFECT_BAILOUT;
+    /// A ray in more solids than its list holds is not counted.
+    SilentMedia = DEFECT_SILENT_MEDIA;
+    /// A shadow ray is stopped by what lies behind the light.
+    ShadowBeyond = DEFECT_SHADOW_BEYOND;
 }
