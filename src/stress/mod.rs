@@ -4,13 +4,14 @@
 
 mod camera;
 mod case;
-mod files;
 mod frame;
 mod hierarchy;
 mod lighting;
+mod media;
+mod optics;
 mod origins;
 mod refraction;
-mod shapes;
+pub(crate) mod shapes;
 mod spheres;
 mod tracer;
 mod triangles;
@@ -27,9 +28,9 @@ pub fn cases() -> Vec<Case> {
         origins::CASES,
         hierarchy::CASES,
         refraction::CASES,
+        media::CASES,
         lighting::CASES,
         camera::CASES,
-        files::CASES,
     ]
     .concat()
 }
