@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out: tiles, batches, submits.
 
 use crate::abi::{self, Buf, DepthCount, Film, Push, Queue, Specialisation};
+use crate::coincident;
 use crate::kernels::Kernel;
 use crate::pack::{Packed, pack};
 use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, Size, When};
@@ -165,6 +166,7 @@ impl Renderer {
         let device = self.device.info();
         let mut report = frame.tally.report(settings, &packed, &plan);
         report.device = device;
+        report.warnings = coincident::warnings(scene);
         report.time = TimeInfo {
             build: built.as_secs_f64(),
             first_dispatch: first_dispatch.as_secs_f64(),
@@ -319,7 +321,8 @@ impl Tally {
                 clamped_lights: self.counters[abi::COUNTER_CLAMPED_LIGHTS as usize],
                 stack_overflow: self.counters[abi::COUNTER_STACK_OVERFLOW as usize],
                 loop_cap: self.counters[abi::COUNTER_LOOP_CAP as usize],
-                media_overflow: self.counters[abi::COUNTER_MEDIA_OVERFLOW as usize],
+                media_overflow: self.counters[abi::COUNTER_MEDIA_OVERFLOW as usize]
+                    + packed.eye_media_dropped,
             },
             ..Report::default()
         };

@@ -25,6 +25,8 @@ pub struct Report {
     pub passes: Vec<PassInfo>,
     /// Things that ought not to happen, counted.
     pub counters: Counters,
+    /// What the scene leaves undefined, a sentence each.
+    pub warnings: Vec<String>,
     /// The image that came out.
     pub image: ImageInfo,
 }

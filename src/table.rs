@@ -79,6 +79,7 @@ pub fn warnings(report: &Report) -> Vec<String> {
     .into_iter()
     .filter(|&(count, ..)| count > 0)
     .map(|(count, noun, what)| format!("warning: {} {what}", plural(count, noun)))
+    .chain(report.warnings.iter().map(|w| format!("warning: {w}")))
     .collect()
 }
 
