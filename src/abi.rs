@@ -503,6 +503,8 @@ constants! {
     DEFECT_SILENT_MEDIA = 53;
     /// See [`crate::defect::Defect::ShadowBeyond`].
     DEFECT_SHADOW_BEYOND = 54;
+    /// See [`crate::defect::Defect::CosineForm`].
+    DEFECT_COSINE_FORM = 55;
 }
 
 macro_rules! specialisation {

@@ -6,8 +6,11 @@ use crate::scene::Scene;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Coordinates as the kernels tell them apart: local, single precision.
-type Place = Vec<[u32; 3]>;
+/// Corners in cells of `CELLS` to the local unit, sorted.
+type Place = Vec<[i64; 3]>;
+/// Cells of 16u, about what a ray's start is moved off a surface: two surfaces in one such cell are
+/// crossed at once.
+const CELLS: f64 = 1_048_576.0;
 
 /// One sentence for each pair of refracting solids that share a triangle or a sphere. Faces that
 /// overlap without being the same triangle are not looked for.
@@ -55,9 +58,8 @@ fn surfaces<'a>(scene: &'a Scene, frame: &'a LocalFrame) -> impl Iterator<Item =
     faces.chain(spheres)
 }
 
-fn place(p: DVec3) -> [u32; 3] {
-    // + 0 makes -0 the same as 0.
-    p.as_vec3().to_array().map(|x| (x + 0.0).to_bits())
+fn place(p: DVec3) -> [i64; 3] {
+    (p * CELLS).round().to_array().map(|x| x as i64)
 }
 
 fn solid_name(scene: &Scene, solid: usize) -> String {

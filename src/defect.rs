@@ -75,4 +75,6 @@ defects! {
     SilentMedia = DEFECT_SILENT_MEDIA;
     /// A shadow ray is stopped by what lies behind the light.
     ShadowBeyond = DEFECT_SHADOW_BEYOND;
+    /// The squared cosine of refraction is 1 - eta^2 (1 - c^2), as in GLSL's refract.
+    CosineForm = DEFECT_COSINE_FORM;
 }

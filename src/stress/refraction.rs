@@ -34,7 +34,7 @@ pub const CASES: &[Case] = &[
         stands_for: "refracted rays that leave the plane of incidence or lose their unit length at extreme indices",
         bound: "unit length 4u; |T_tan - eta I_tan| <= (6 max(1, eta) + 10) u: roundings of eta (d + c n) and of \
                 the normalisation (numerics R3)",
-        guards: &[Defect::FlippedEta],
+        guards: &[Defect::FlippedEta, Defect::CosineForm],
         run: snell,
     },
     Case {
