@@ -45,7 +45,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
     TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
-    if (use_bvh == 0u || faces) blocked = closest_hit(r, 1.0, true).primitive != NONE;
+    if (use_bvh == 0u || faces) blocked = closest_hit(r, defect == DEFECT_SHADOW_BEYOND ? FAR : real(1.0), true).primitive != NONE;
     shadow_rays += faces ? 1u : 0u;
     return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }

@@ -499,6 +499,18 @@ constants! {
     DEFECT_HOST_TINY_BOX = 24;
     /// `defect`: A ray's octant is that of its direction, in which -0 counts as positive, its reciprocal that of the sign bit.
     DEFECT_OCTANT = 25;
+    /// See [`crate::defect::Defect::EqualIndices`].
+    DEFECT_EQUAL_INDICES = 50;
+    /// See [`crate::defect::Defect::FlippedEta`].
+    DEFECT_FLIPPED_ETA = 51;
+    /// See [`crate::defect::Defect::Bailout`].
+    DEFECT_BAILOUT = 52;
+    /// See [`crate::defect::Defect::SilentMedia`].
+    DEFECT_SILENT_MEDIA = 53;
+    /// See [`crate::defect::Defect::ShadowBeyond`].
+    DEFECT_SHADOW_BEYOND = 54;
+    /// See [`crate::defect::Defect::CosineForm`].
+    DEFECT_COSINE_FORM = 55;
 }
 
 macro_rules! specialisation {

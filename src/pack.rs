@@ -51,6 +51,8 @@ pub struct Packed {
     pub media_capacity: u32,
     /// Solids the eye is in, outermost first, padded with 0 to `media_capacity`.
     pub eye_media: Vec<u32>,
+    /// Solids the eye is in beyond those.
+    pub eye_media_dropped: u64,
     /// Some surface mirrors.
     pub mirror: bool,
     /// Some hit spawns two rays.
@@ -177,6 +179,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let pick = |i: &u32| *i as usize;
     let pick_sphere = |i: &u32| *i as usize - count;
     let (media_capacity, mut eye_media) = media(&solids);
+    let eye_in = solids.iter().filter(|s| s.contains_eye).count();
     if planted(Defect::EyeInAir) {
         eye_media.fill(0);
     }
@@ -201,6 +204,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
         eye_media,
+        eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
         mirror: used.iter().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0)),
         branching: used.iter().any(|m| branches(m)),
         degenerate_triangles,

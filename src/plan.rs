@@ -124,6 +124,8 @@ impl Plan {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
         }
         plan.batch_samples = (plan.capacity / room / plan.tile_pixels).clamp(1, settings.samples);
+        // `resolve` walks a pixel's samples of the batch in one loop.
+        plan.batch_samples = plan.batch_samples.min(abi::LOOP_CAP);
         if let Some(samples) = settings.schedule.batch_samples {
             plan.batch_samples = plan.batch_samples.min(samples.max(1));
         }

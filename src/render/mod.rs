@@ -10,6 +10,7 @@ pub(crate) use tile::{Tile, tiles};
 pub use unfinished::{Mismatch, Unfinished};
 
 use crate::abi::Specialisation;
+use crate::coincident;
 use crate::kernels::Kernel;
 use crate::pack::pack;
 use crate::plan::{Plan, PlanError};
@@ -247,6 +248,7 @@ impl Renderer {
             .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
         report.device = device;
         report.warnings = warnings;
+        report.warnings.extend(coincident::warnings(scene));
         Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
     }
 

@@ -6,13 +6,14 @@ mod camera;
 mod case;
 mod duplicates;
 mod exact;
-mod files;
 mod frame;
 mod hierarchy;
 mod lighting;
+mod media;
+mod optics;
 mod origins;
 mod refraction;
-mod shapes;
+pub(crate) mod shapes;
 mod spheres;
 mod thin;
 mod tracer;
@@ -30,9 +31,9 @@ pub fn cases() -> Vec<Case> {
         origins::CASES,
         hierarchy::CASES,
         refraction::CASES,
+        media::CASES,
         lighting::CASES,
         camera::CASES,
-        files::CASES,
         thin::CASES,
         duplicates::CASES,
     ]

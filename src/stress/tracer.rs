@@ -75,7 +75,7 @@ impl Tracer for Twins {
             clamped_lights: count(abi::COUNTER_CLAMPED_LIGHTS),
             stack_overflow: count(abi::COUNTER_STACK_OVERFLOW),
             loop_cap: count(abi::COUNTER_LOOP_CAP),
-            media_overflow: count(abi::COUNTER_MEDIA_OVERFLOW),
+            media_overflow: count(abi::COUNTER_MEDIA_OVERFLOW) + packed.eye_media_dropped,
         };
         let mut rays = RayInfo::default();
         for (i, [traced, reflection, refraction, shadow]) in counts.depths.iter().copied().enumerate() {

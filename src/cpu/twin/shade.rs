@@ -71,10 +71,7 @@ impl Scene<'_> {
         let m = &self.materials[s.material as usize];
         let (mut here, mut beyond): (Real, Real) = (1.0, 1.0);
         s.eta = 1.0;
-        if self.spec.media_capacity != 0
-            && m.secondary > 0.0
-            && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)
-        {
+        if m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0) {
             let ior = |solid: u32| real(self.solid_iors[solid as usize]);
             let priority = |solid: u32| self.solid_priorities[solid as usize];
             here = ior(medium(inside, 0, self.solid_priorities));
@@ -93,7 +90,7 @@ impl Scene<'_> {
                 beyond = real(m.ior);
             }
         }
-        s.share = float(reflection_share(m, here, beyond, s.cosine));
+        s.share = float(reflection_share(m, here, beyond, d, normal, s.cosine));
         if m.secondary > 0.0 && self.push.depth < self.push.last_depth {
             s.flags |= if s.share > 0.0 { CHILD_REFLECTED } else { 0 };
             s.flags |= if s.share < 1.0 { CHILD_REFRACTED } else { 0 };

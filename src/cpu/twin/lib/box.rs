@@ -9,13 +9,13 @@ pub const SLAB_GROW: Real = 1.0 + 16.0 * U;
 const PAD: Real = 1.907_348_632_812_5e-6;
 
 fn reciprocal(d: Real) -> Real {
-    let least: Real = 8.673_617_379_884_035_5e-19;
+    let least: Real = 8.271_806_125_530_277e-25;
     let m = d.abs();
     let m = if m > least { m } else { least };
     1.0 / if d.is_sign_negative() { -m } else { m }
 }
 
-/// 1/d with |d| >= 2^-60 per component, sign kept.
+/// 1/d with |d| >= 2^-80 per component, sign kept.
 pub fn safe_reciprocal(d: Real3) -> Real3 {
     Real3::new(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
 }

@@ -2,11 +2,15 @@
 
 use super::super::real::{Real, Real3, real};
 use super::super::structs::Material;
-use super::numeric::safe_normalize;
+use super::numeric::{dot3, safe_normalize};
 use crate::abi::{FRESNEL_CONSTANT, FRESNEL_EXACT};
 
-fn transmitted_cosine_squared(eta: Real, cosine: Real) -> Real {
-    1.0 - eta * eta * (1.0 - cosine * cosine)
+fn along_surface(d: Real3, n: Real3, c: Real) -> Real3 {
+    d + c * n
+}
+
+fn transmitted_cosine_squared(scaled: Real3) -> Real {
+    1.0 - dot3(scaled, scaled)
 }
 
 fn fresnel_exact(n1: Real, n2: Real, c: Real, ct: Real) -> Real {
@@ -24,9 +28,9 @@ fn fresnel_schlick(n1: Real, n2: Real, c: Real, ct: Real) -> Real {
 }
 
 /// Share of reflection between indices n1 (here) and n2 (beyond), at cosine c.
-pub fn reflection_share(m: &Material, n1: Real, n2: Real, c: Real) -> Real {
+pub fn reflection_share(m: &Material, n1: Real, n2: Real, d: Real3, n: Real3, c: Real) -> Real {
     let eta = n1 / n2;
-    let k = transmitted_cosine_squared(eta, c);
+    let k = transmitted_cosine_squared(eta * along_surface(d, n, c));
     if k < 0.0 {
         return 1.0;
     }
@@ -46,9 +50,9 @@ pub fn reflection_share(m: &Material, n1: Real, n2: Real, c: Real) -> Real {
 
 /// Direction of the refracted ray; n on the ray's side, c = -n.d >= 0.
 pub fn refracted(d: Real3, n: Real3, eta: Real, c: Real) -> Real3 {
-    let k = transmitted_cosine_squared(eta, c);
-    let ct = (if k > 0.0 { k } else { 0.0 }).sqrt();
-    safe_normalize(eta * d + (eta * c - ct) * n)
+    let scaled = eta * along_surface(d, n, c);
+    let k = transmitted_cosine_squared(scaled);
+    safe_normalize(scaled - (if k > 0.0 { k } else { 0.0 }).sqrt() * n)
 }
 
 /// Direction of the reflected ray.

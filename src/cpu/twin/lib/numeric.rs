@@ -41,5 +41,6 @@ pub fn neumaier(sum: &mut Vec3, compensation: &mut Vec3, x: Vec3) {
         compensation[i] +=
             if sum[i].abs() >= x[i].abs() { (sum[i] - t[i]) + x[i] } else { (x[i] - t[i]) + sum[i] };
     }
-    *sum = t;
+    *sum = t + *compensation;
+    *compensation -= *sum - t;
 }
