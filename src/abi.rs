@@ -493,6 +493,8 @@ constants! {
     DEFECT_SHORT_STACK = 23;
     /// `defect`: Boxes of the hierarchy are not padded.
     DEFECT_HOST_TINY_BOX = 24;
+    /// `defect`: Secondary rays start 0.1 along their way.
+    DEFECT_FIXED_ORIGIN = 25;
 }
 
 macro_rules! specialisation {

@@ -65,4 +65,6 @@ defects! {
     ShortStack = DEFECT_SHORT_STACK;
     /// Boxes of the hierarchy are not padded.
     TightBoxes = DEFECT_HOST_TINY_BOX;
+    /// Secondary rays start 0.1 of the user's units along their way and may hit what they left.
+    FixedOrigin = DEFECT_FIXED_ORIGIN;
 }

@@ -209,7 +209,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
 
 /// Radii that single numbers serve: outside, a ratio of distance to radius above 2^15 leaves f32 no
 /// silhouette (numerics 2.2: f32 holds to 1e5), and a surface too far from its centre no position.
-const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
+pub(crate) const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
 
 /// Materials that some surface has.
 fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {

@@ -4,11 +4,15 @@
 
 mod camera;
 mod case;
+mod contact;
+mod exact;
 mod files;
 mod frame;
 mod hierarchy;
 mod lighting;
+mod leaks;
 mod origins;
+mod pixels;
 mod refraction;
 mod shapes;
 mod spheres;
@@ -24,7 +28,9 @@ pub fn cases() -> Vec<Case> {
         frame::CASES,
         triangles::CASES,
         spheres::CASES,
+        contact::CASES,
         origins::CASES,
+        leaks::CASES,
         hierarchy::CASES,
         refraction::CASES,
         lighting::CASES,

@@ -1,0 +1,6 @@
+//! x
+
+use super::case::Case;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[];
