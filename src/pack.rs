@@ -222,9 +222,21 @@ fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {
 
 /// A number as a sum of two, each rounded as the kernels round.
 fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSphere {
-    // The surface point nearest the origin; for a centre at the origin, any.
+    // The surface point nearest the origin; for a centre at the origin, any. Its distance is the
+    // difference of two numbers that may be near equal, a planet's radius and its centre's distance,
+    // so it comes from the difference of their squares, error-free (Dekker's product by fma).
     let normal = normalized(-center).unwrap_or(DVec3::Y);
-    let point = center + radius * normal;
+    let scale = radius.max(center.abs().max_element());
+    let (r, c) = (radius / scale, center / scale);
+    let products = [(r, r), (-c.x, c.x), (-c.y, c.y), (-c.z, c.z)].map(|(x, y)| (x * y, x.mul_add(y, -(x * y))));
+    let (mut sum, mut error) = (0.0, 0.0);
+    for (p, e) in products {
+        let s: f64 = sum + p;
+        let b = s - sum;
+        error += (sum - (s - b)) + (p - b) + e;
+        sum = s;
+    }
+    let point = normal * (scale * ((sum + error) / (r + c.length())));
     let split = |v: DVec3| {
         let high = round.point(v);
         (high.to_array(), round.point(v - high).to_array())

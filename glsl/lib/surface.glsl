@@ -55,7 +55,9 @@ Point sphere_point(Sphere s, real3 o, real3 d, real t) {
     p.geometric = safe_normalize((o - s.center) + t * d);
     p.normal = p.geometric;
     p.position = s.center + s.radius * p.geometric;
-    p.offset = (8.0 * U) * (dot3(abs(p.geometric), abs(s.center)) + s.radius) * p.geometric;
+    // The position is off by 6u r + u n.|c|, adding the offset rounds as much again, and
+    // |o - c| rounds to 5u r: 16u leaves the origin's side in no doubt (own_course).
+    p.offset = (16.0 * U) * (dot3(abs(p.geometric), abs(s.center)) + s.radius) * p.geometric;
     return p;
 }
 

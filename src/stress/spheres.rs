@@ -1,7 +1,7 @@
 //! Ray/sphere: far, near, tiny, huge, from inside, on the rim.
 
 use super::case::{Case, Figure, Harness, Random};
-use super::exact::pass;
+use super::exact::{Pass, pass};
 use super::shapes::{empty, glass, matte, mirror, polygon, sphere};
 use crate::defect::Defect;
 use crate::probe::{ProbeHit, ProbeRay};
@@ -15,7 +15,7 @@ pub const CASES: &[Case] = &[
         name: "sphere-distance",
         does: "a unit sphere seen from 10 to 10^7 radii, rays aimed all over it",
         stands_for: "POV-Ray's and others' quadratic formula: a quarter of the hits lost from 10^4 radii",
-        bound: "misses: 0 where |b - r| > 4u D; t: (16u t + error of the root) in single, 8u t in double length (numerics 2.2, S1), as a share",
+        bound: "0 wrong hits where |b - r| > 4u D; t within 16u t in single, 8u t in double length, plus what 4u D does to the root (numerics 2.2, S1)",
         guards: &[Defect::NaiveQuadratic],
         run: distance,
     },
@@ -23,7 +23,7 @@ pub const CASES: &[Case] = &[
         name: "sphere-planet",
         does: "a planet of radius 10^6 seen from heights 10^-4 to 10^2, a bead of 10^-3 seen from 10^3",
         stands_for: "planets in single precision: t wrong by 9 % (numerics 2.2), beads that vanish",
-        bound: "8u t (numerics S2); 0 wrong hits where |b - r| > 64u^2 (D + r)",
+        bound: "8u t (numerics S2), plus what 16u^2 of the way to the rim does to the root; 0 wrong hits farther from the rim",
         guards: &[Defect::NoWide],
         run: planet,
     },
@@ -31,7 +31,7 @@ pub const CASES: &[Case] = &[
         name: "sphere-roots",
         does: "all four roots of two spheres by respawning; from the centre, from just inside, from the surface inward and outward",
         stands_for: "renderers that take the smaller root: no way out of a glass ball",
-        bound: "8u r: numerics S3, S4; each wrong hit counts as infinite",
+        bound: "16u t by respawning, 8u r for chords (numerics S3, S4), from near the surface as for sphere-distance; each wrong hit counts as infinite",
         guards: &[Defect::SmallerRoot],
         run: roots,
     },
@@ -61,13 +61,29 @@ fn lone(radius: f64, eye: DVec3) -> Scene {
     s
 }
 
-/// What may be wrong with t: `relative` of it, and what the discriminant's error makes of its root.
-/// The line's distance from the centre is off by 4u D, so r^2 - b^2 by 8u D b; and
-/// |sqrt(x + e) - sqrt(x)| <= min(sqrt e, e / sqrt x).
-fn single_bound(u: f64, t: f64, gap: f64, r: f64, distance: f64) -> f64 {
-    let (b, x) = (r + gap, -gap * (2.0 * r + gap));
-    let e = 8.0 * u * distance * b + 4.0 * u * r * r;
-    16.0 * u * t + e.sqrt().min(e / x.sqrt())
+/// What may be wrong with t, and how near the rim a hit is anybody's guess.
+struct Tolerance {
+    t: f64,
+    band: f64,
+}
+
+/// In single length the line's distance b from the centre is off by 4u D; in double length by 16u^2,
+/// and by 4 * 2^-53 of what f64 keeps of the scene, of the way to the rim. So r^2 - b^2 is off by
+/// e = 2b that, and |sqrt(x + e) - sqrt(x)| <= min(sqrt e, e / sqrt x). |f|^2 - r^2 is off by
+/// 4u D (D + r) in single length and t = (|f|^2 - r^2) / q with it; 12 more roundings.
+fn tolerance(u: f64, p: &Pass, r: f64, wide: bool) -> Tolerance {
+    let b = r + p.gap;
+    let way = (p.distance * p.distance - b * b).max(0.0).sqrt();
+    let off = match wide {
+        true => (16.0 * u * u).max(2f64.powi(-51)).min(16.0 * u) * (way + (p.distance - r).abs()),
+        false => 4.0 * u * p.distance,
+    };
+    let Some(t) = p.roots.into_iter().find(|t| *t > 0.0) else { return Tolerance { t: 0.0, band: off } };
+    let root = (p.roots[1] - p.roots[0]) / 2.0;
+    let e = 2.0 * b * off + if wide { 0.0 } else { 4.0 * u * r * r };
+    let lack = if wide { 0.0 } else { 4.0 * u * p.distance * (p.distance + r) / (way + root) };
+    let relative = if wide { 8.0 } else { 12.0 };
+    Tolerance { t: relative * u * t + lack + e.sqrt().min(e / root), band: off }
 }
 
 /// Rays from `origin` toward points of the disc of sphere 0, `rim` to the power of the rank away from its edge.
@@ -90,19 +106,14 @@ fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize
     let (mut wrong, mut worst) = (0, 0.0f64);
     for (ray, hit) in rays.iter().zip(&hits) {
         let p = pass(ray.origin, ray.direction, center, radius);
-        // Double length: u^2 in place of u, and what f64 leaves of the scene's own numbers.
-        let resolution = if wide { (64.0 * u * u).max(2f64.powi(-51)) } else { 4.0 * u };
-        let band = resolution * if wide { p.distance + radius } else { p.distance };
-        if p.gap.abs() <= band {
+        let may = tolerance(u, &p, radius, wide);
+        if p.gap.abs() <= may.band {
             continue;
         }
         let expected = p.roots.into_iter().find(|t| *t > 0.0);
         match (hit, expected) {
             (None, None) => {}
-            (Some(hit), Some(t)) => {
-                let bound = if wide { 8.0 * u * t } else { single_bound(u, t, p.gap, radius, p.distance) };
-                worst = worst.max((hit.t - t).abs() / bound);
-            }
+            (Some(hit), Some(t)) => worst = worst.max((hit.t - t).abs() / may.t),
             _ => wrong += 1,
         }
     }
@@ -215,7 +226,7 @@ fn error_at(hit: &Option<ProbeHit>, id: u32, t: f64) -> f64 {
 fn roots(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let two = two_roots(h)?;
     let one = inside_roots(h)?;
-    Ok(Figure::new(two.max(one), 8.0 * h.u(), "greatest error of a root, radii"))
+    Ok(Figure::new(two.max(one), 1.0, "of the bound on t, greatest of 6005 rays"))
 }
 
 /// Two glass spheres of radius 1 at z = 0 and 3: a ray through their centres meets -1, 1, 2, 4.
@@ -228,7 +239,7 @@ fn two_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
     for (id, z) in [(0, -1.0), (0, 1.0), (1, 2.0), (1, 4.0)] {
         let probed = h.probe(&scene, &[ray])?;
         let t = frame.point(DVec3::new(0.0, 0.0, z)).z - ray.origin.z;
-        worst = worst.max(error_at(&probed.hits[0], id, t) / frame.length(1.0));
+        worst = worst.max(error_at(&probed.hits[0], id, t) / (16.0 * h.u() * t));
         let Some(child) = probed.children.iter().find(|c| c.refracted) else { return Ok(f64::INFINITY) };
         ray = ProbeRay { skip: child.skip, ..ProbeRay::new(child.origin, child.direction) };
     }
@@ -259,15 +270,19 @@ fn inside_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
         let (f, d) = (ray.origin - center, ray.direction);
         let chord = -2.0 * f.dot(d) / d.length_squared();
         // Where rounding decides between in and out, either is right.
-        if ray.skip.is_some() && chord.abs() <= 64.0 * h.u() * radius {
+        if ray.skip.is_some() && chord.abs() <= 64.0 * h.u() * (ray.origin.abs().max_element() + radius) {
             continue;
         }
         if ray.skip.is_some() && chord < 0.0 {
             worst = if hit.is_some_and(|h| h.id == 0) { f64::INFINITY } else { worst };
             continue;
         }
-        let t = if ray.skip.is_some() { chord } else { pass(ray.origin, d, center, radius).roots[1] };
-        worst = worst.max(error_at(hit, 0, t) / radius);
+        let p = pass(ray.origin, d, center, radius);
+        let (t, bound) = match ray.skip {
+            Some(_) => (chord, 8.0 * h.u() * radius),
+            None => (p.roots[1], tolerance(h.u(), &p, radius, false).t),
+        };
+        worst = worst.max(error_at(hit, 0, t) / bound);
     }
     Ok(worst)
 }
