@@ -226,7 +226,7 @@ fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSpher
     // difference of two numbers that may be near equal, a planet's radius and its centre's distance,
     // so it comes from the difference of their squares, error-free (Dekker's product by fma).
     let normal = normalized(-center).unwrap_or(DVec3::Y);
-    let scale = radius.max(center.abs().max_element());
+    let scale = 2f64.powi(radius.max(center.abs().max_element()).log2().floor() as i32);
     let (r, c) = (radius / scale, center / scale);
     let products = [(r, r), (-c.x, c.x), (-c.y, c.y), (-c.z, c.z)].map(|(x, y)| (x * y, x.mul_add(y, -(x * y))));
     let (mut sum, mut error) = (0.0, 0.0);
