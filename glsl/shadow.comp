@@ -25,6 +25,16 @@ UPDATES(counters)
 #include "trace.glsl"
 #include "surface.glsl"
 
+// Largest t of an occluder: what is nearer to the light than a gap that can be resolved, twice the
+// spawn offset of a surface as large as the scene (8u + 48u in a frame of radius 1, numerics P4), is
+// at the light.
+real before_light(real3 light, real3 segment) {
+    if (defect == DEFECT_TO_THE_LIGHT) return 1.0;
+    real m = max_component(light);
+    real share = (64.0 * U) * (m > 1.0 ? m : real(1.0)) / max_component(segment);
+    return share < 0.5 ? 1.0 - share : real(0.5);
+}
+
 // Light through the unshadowed lights of this pass: sum of intensity * cos / distance^2.
 vec3 direct_light(Surface s, inout uint shadow_rays) {
     vec3 sum = vec3(0.0);
@@ -42,9 +52,11 @@ vec3 direct_light(Surface s, inout uint shadow_rays) {
         }
         real3 origin = spawn_origin(s.position, s.offset, origin_fixed != 0u ? to_light / sqrt(squared) : s.offset, camera[0].origin_shift);
         uint skip = origin_fixed != 0u ? NONE : s.primitive;
-        // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
-        TraceRay r = make_trace_ray(origin, lights[l].position - origin, skip);
-        if (closest_hit(r, 1.0, true).primitive == NONE) {
+        // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray),
+        // so a surface that the light lies on must not count for t rounding below 1.
+        real3 segment = lights[l].position - origin;
+        TraceRay r = make_trace_ray(origin, segment, skip);
+        if (closest_hit(r, before_light(lights[l].position, segment), true).primitive == NONE) {
             sum += lights[l].intensity * float((along / sqrt(squared)) / squared);
         }
     }

@@ -495,6 +495,10 @@ constants! {
     DEFECT_HOST_TINY_BOX = 24;
     /// `defect`: Secondary rays start 0.1 along their way.
     DEFECT_FIXED_ORIGIN = 25;
+    /// `defect`: Hits on an edge are left there.
+    DEFECT_NO_INSET = 26;
+    /// `defect`: Shadow rays reach the light itself.
+    DEFECT_TO_THE_LIGHT = 27;
 }
 
 macro_rules! specialisation {

@@ -67,4 +67,8 @@ defects! {
     TightBoxes = DEFECT_HOST_TINY_BOX;
     /// Secondary rays start 0.1 of the user's units along their way and may hit what they left.
     FixedOrigin = DEFECT_FIXED_ORIGIN;
+    /// Hits on an edge are left there.
+    NoInset = DEFECT_NO_INSET;
+    /// Shadow rays reach the light itself.
+    ToTheLight = DEFECT_TO_THE_LIGHT;
 }

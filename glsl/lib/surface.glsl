@@ -9,16 +9,42 @@ struct Point {
     real3 offset;    // along `geometric`
 };
 
+// Share of a triangle's height that `by` is, for the height over `base`; at most an eighth, so that
+// three of them leave room. Tiny triangles, whose area underflows, get the eighth.
+real inset_share(real by, real3 base, real area) {
+    real share = by * sqrt(dot3(base, base)) / area;
+    return share < 0.125 ? share : real(0.125);
+}
+
+// Weights that keep a hit off the triangle's edges by what its position is uncertain by and its spawn
+// offset: rounding would else put it beyond the wall that meets the triangle there, and its rays with
+// it. Four times the offset serves walls that meet at atan(1/4) = 14 degrees or more.
+void inset(real3 e1, real3 e2, real by, inout real u, inout real v) {
+    if (defect == DEFECT_NO_INSET) return;
+    real3 n = cross3(e1, e2);
+    real area = sqrt(dot3(n, n));
+    real least_u = inset_share(by, e2, area), least_v = inset_share(by, e1, area), least_w = inset_share(by, e2 - e1, area);
+    u = u > least_u ? u : least_u;
+    v = v > least_v ? v : least_v;
+    real lack = least_w - (1.0 - u - v);
+    if (lack > 0.0) {
+        if (u > v) u -= lack;
+        else v -= lack;
+    }
+}
+
 Point triangle_point(Triangle t, TriangleInfo info, real u, real v) {
     real3 e1 = t.b - t.a, e2 = t.c - t.a;
     Point p;
-    p.position = t.a + (u * e1 + v * e2);
     p.geometric = info.geometric;
     p.normal = info.normal;
     real m1 = max_component(e1), m2 = max_component(e2);
     // The third edge is at most the sum of the other two.
     real extent = 2.0 * (m1 > m2 ? m1 : m2);
     real3 n = abs(info.geometric), a = abs(t.a);
+    // The offset's bound along any direction, four times.
+    if (robust != 0u) inset(e1, e2, (16.0 * U) * ((a.x + a.y) + a.z) + (96.0 * U) * extent, u, v);
+    p.position = t.a + (u * e1 + v * e2);
     real length_ = (4.0 * U) * dot3(n, a) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
     p.offset = length_ * info.geometric;
     return p;

@@ -33,7 +33,7 @@ pub const CASES: &[Case] = &[
         does: "a closed mirror box, turned, hit exactly at its edges and corners: paths of 12 bounces",
         stands_for: "light that slips out where walls meet",
         bound: "exact: no path escapes (numerics P5)",
-        guards: &[Defect::FixedOrigin],
+        guards: &[Defect::NoInset],
         run: corner_escape,
     },
     Case {
@@ -41,12 +41,12 @@ pub const CASES: &[Case] = &[
         does: "a closed room without light, pixels exactly on its edges, eight bright lights just outside its corners",
         stands_for: "bright seams along the edges of rooms",
         bound: "exact: every pixel black",
-        guards: &[Defect::FixedOrigin],
+        guards: &[Defect::NoInset, Defect::FixedOrigin],
         run: dark_room,
     },
     Case {
         name: "light-contact",
-        does: "lights 2^-30 above a floor, on it, on a corner of it, on a ball, at the eye",
+        does: "lights 8u above a floor, on it, on a corner of it, on a ball, at the eye",
         stands_for: "fireflies and NaN pixels: division by the square of no distance",
         bound: "exact: every pixel finite, the clamp counted (numerics P7)",
         guards: &[Defect::LightContact],
@@ -57,7 +57,7 @@ pub const CASES: &[Case] = &[
         does: "a light exactly on the ceiling of a room, straight and turned: the floor below",
         stands_for: "speckled floors: the lamp's own surface shadows it where t rounds below 1",
         bound: "exact: an occluder strictly between is none; every floor pixel lit",
-        guards: &[Defect::FixedOrigin],
+        guards: &[Defect::ToTheLight],
         run: light_on_ceiling,
     },
 ];
@@ -167,7 +167,7 @@ fn turned_room(scene: &Scene) -> Scene {
         let w = DVec3::new(0.6 * v.x - 0.8 * v.y, 0.8 * v.x + 0.6 * v.y, v.z);
         DVec3::new(w.x, 0.28 * w.y - 0.96 * w.z, 0.96 * w.y + 0.28 * w.z)
     };
-    s.meshes[0].vertices.iter_mut().for_each(|v| *v = turn(*v));
+    s.meshes.iter_mut().flat_map(|m| &mut m.vertices).for_each(|v| *v = turn(*v));
     s.polygons.iter_mut().flat_map(|p| &mut p.vertices).for_each(|v| *v = turn(*v));
     s.polygons.iter_mut().for_each(|p| p.normal = turn(p.normal));
     s.lights.iter_mut().for_each(|l| l.position = turn(l.position));
@@ -186,10 +186,16 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let eye = DVec3::new(0.0, 1.5, 2.0);
     base.camera.look_from = eye;
     let (mut infinite, mut clamped) = (0, 0);
-    let tiny = 2f64.powi(-30);
+    // Nearer than the spawn offset, farther than rounding: 8u of a scene of size 1.
+    let tiny = 8.0 * h.u();
     for place in [[0.0, tiny, 0.0], [0.0; 3], [0.25, 0.0, 0.25], [1.0, 0.0, 1.0], [0.5, 0.75, 0.0], eye.to_array()] {
         let mut scene = base.clone();
         scene.lights = vec![light(place, 1.0)];
+        if place[1] == tiny {
+            // Straight down, so that the middle ray meets the floor right below the light.
+            scene.camera.look_from = DVec3::new(0.0, 2.0, 0.0);
+            scene.camera.up = DVec3::NEG_Z;
+        }
         scene.camera.look_at = if place == eye.to_array() { DVec3::ZERO } else { place.into() };
         let picture = h.picture(&scene)?;
         infinite += picture.linear.iter().filter(|c| lit(**c) == 2).count();
@@ -208,17 +214,10 @@ fn light_on_ceiling(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     scene.camera.look_from = DVec3::new(0.1, 2.0, 0.2);
     scene.camera.look_at = DVec3::ZERO;
     scene.camera.fov = 1.5;
-    let turned = turned_room_flat(&scene);
+    let turned = turned_room(&scene);
     let mut black = 0;
     for scene in [&scene, &turned] {
         black += h.picture(scene)?.linear.iter().filter(|c| lit(**c) != 1).count();
     }
     Ok(Figure::none(black, format!("black pixels of {}", 2 * 64 * 64)))
-}
-
-/// As [`turned_room`], of a scene without meshes.
-fn turned_room_flat(scene: &Scene) -> Scene {
-    let mut s = scene.clone();
-    s.meshes = vec![crate::scene::Mesh { name: String::new(), vertices: vec![], normals: vec![], faces: vec![] }];
-    turned_room(&s)
 }

@@ -171,6 +171,7 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             // Rises above the other triangle, on the side it left.
             let other = normals[hit.id as usize];
             let rises = ray.direction.dot(other * other.dot(left.normal).signum()) > 0.0;
+if hit.id == left.id || (*spawned && rises) { eprintln!("R {} {} t {:e} {:?} d.n {:e} d.o {:e} n.n {:e} {:?}", hit.id, left.id, hit.t, hit.uv, ray.direction.dot(left.normal), ray.direction.dot(other), other.dot(left.normal), left.uv);}
             wrong += usize::from(hit.id == left.id || (*spawned && rises));
         }
         count += again.len();
