@@ -228,7 +228,8 @@ fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSpher
     let normal = normalized(-center).unwrap_or(DVec3::Y);
     let scale = 2f64.powi(radius.max(center.abs().max_element()).log2().floor() as i32);
     let (r, c) = (radius / scale, center / scale);
-    let products = [(r, r), (-c.x, c.x), (-c.y, c.y), (-c.z, c.z)].map(|(x, y)| (x * y, x.mul_add(y, -(x * y))));
+    let products =
+        [(r, r), (-c.x, c.x), (-c.y, c.y), (-c.z, c.z)].map(|(x, y)| (x * y, x.mul_add(y, -(x * y))));
     let (mut sum, mut error) = (0.0, 0.0);
     for (p, e) in products {
         let s: f64 = sum + p;

@@ -14,7 +14,7 @@ use glam::DVec3;
 pub const CASES: &[Case] = &[
     Case {
         name: "contact-shadow",
-        does: "a cube on a floor, light at 45 degrees, its shadow's start seen from the side",
+        does: "a wall 10^-3 thick on a floor, light at 45 degrees, its shadow's start seen from the side",
         stands_for: "shadows that start away from the object: an epsilon of 0.1 is 2 pixels here",
         bound: "exact but for 0.02 pixels and the spawn offset, (4u |p| + 24u ext) sqrt 3, about edges (numerics P3)",
         guards: &[Defect::FixedOrigin],
@@ -75,13 +75,14 @@ fn box_between(p: DVec3, q: DVec3, lo: DVec3, hi: DVec3) -> bool {
 }
 
 fn contact_shadow(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
-    let (lo, hi, l) = (DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5), 4.0);
+    let (lo, hi, l) = (DVec3::new(0.499, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5), 4.0);
     let mut scene = empty(vec![matte([1.0, 0.0, 0.0], 0.0), matte([0.0; 3], 0.0)]);
     scene.polygons = vec![plate(l, 0.0, 0)];
     scene.meshes = vec![cuboid(lo, hi, 1)];
     let (mut wrong, mut judged) = (0, 0);
-    for (from, at, fov) in [([3.0, 2.5, 1.0], [0.8, 0.0, 0.0], 0.6), ([1.2, 0.3, 0.1], [0.5, 0.0, 0.0], 0.1)] {
-        // From behind the cube: the shadow starts at the edge x = 0.5 and reaches x = 1.5.
+    for (from, at, fov) in [([3.0, 2.5, 1.0], [0.8, 0.0, 0.0], 0.6), ([1.2, 0.3, 0.1], [0.5, 0.0, 0.0], 0.1)]
+    {
+        // From behind the wall: the shadow starts at the edge x = 0.5 and reaches x = 1.5.
         scene.lights = vec![light([-9.5, 11.0, 0.3], 100.0)];
         scene.camera.look_from = from.into();
         scene.camera.look_at = at.into();
@@ -104,13 +105,13 @@ fn contact_shadow(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 
 fn thin_gap(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut wrong = 0;
-    let gaps = [1.0, 1e-2, 1e-4, 1e-5, 5e-6];
+    let gaps = [1.0, 0.05, 1e-2, 1e-4, 1e-5, 5e-6];
     for gap in gaps {
         let mut scene = empty(vec![matte([1.0; 3], 0.0), glass(1.0, Fresnel::Constant(0.0))]);
         // Half diagonal near 1: the gap is in units of the scene.
         scene.polygons = vec![plate(0.7, 0.0, 0), plate(0.7, gap, 1)];
         scene.lights = vec![light([0.2, 3.0, 0.1], 10.0)];
-        scene.camera.look_from = DVec3::new(0.1, 2.0 + gap, 0.3);
+        scene.camera.look_from = DVec3::new(0.1, 0.4 + gap, 1.5);
         scene.camera.look_at = DVec3::ZERO;
         scene.camera.fov = 0.3;
         scene.render.depth = 2;
@@ -188,12 +189,14 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let (mut infinite, mut clamped) = (0, 0);
     // Nearer than the spawn offset, farther than rounding: 8u of a scene of size 1.
     let tiny = 8.0 * h.u();
-    for place in [[0.0, tiny, 0.0], [0.0; 3], [0.25, 0.0, 0.25], [1.0, 0.0, 1.0], [0.5, 0.75, 0.0], eye.to_array()] {
+    for place in
+        [[-0.3, tiny, 0.1], [0.0; 3], [0.25, 0.0, 0.25], [1.0, 0.0, 1.0], [0.5, 0.75, 0.0], eye.to_array()]
+    {
         let mut scene = base.clone();
         scene.lights = vec![light(place, 1.0)];
         if place[1] == tiny {
             // Straight down, so that the middle ray meets the floor right below the light.
-            scene.camera.look_from = DVec3::new(0.0, 2.0, 0.0);
+            scene.camera.look_from = DVec3::new(-0.3, 2.0, 0.1);
             scene.camera.up = DVec3::NEG_Z;
         }
         scene.camera.look_at = if place == eye.to_array() { DVec3::ZERO } else { place.into() };

@@ -87,7 +87,13 @@ fn tolerance(u: f64, p: &Pass, r: f64, wide: bool) -> Tolerance {
 }
 
 /// Rays from `origin` toward points of the disc of sphere 0, `rim` to the power of the rank away from its edge.
-fn toward_disc(h: &Harness<'_>, scene: &Scene, origin: DVec3, n: usize, random: &mut Random) -> Vec<ProbeRay> {
+fn toward_disc(
+    h: &Harness<'_>,
+    scene: &Scene,
+    origin: DVec3,
+    n: usize,
+    random: &mut Random,
+) -> Vec<ProbeRay> {
     let (center, radius, _) = h.local_sphere(scene, 0);
     (0..n)
         .map(|_| {
@@ -113,8 +119,7 @@ fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize
         let expected = p.roots.into_iter().find(|t| *t > 0.0);
         match (hit, expected) {
             (None, None) => {}
-            (Some(hit), Some(t)) => {
-worst = worst.max((hit.t - t).abs() / may.t)},
+            (Some(hit), Some(t)) => worst = worst.max((hit.t - t).abs() / may.t),
             _ => wrong += 1,
         }
     }
@@ -136,7 +141,8 @@ fn distance(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let mut scene = lone(1.0, random.direction() * 10f64.powi(k));
         if k > 4 {
             // Something behind the eye makes the frame as large as the distance.
-            let behind = [1.5, 1.6, 1.7].map(|f| (scene.camera.look_from * f + random.direction()).to_array());
+            let behind =
+                [1.5, 1.6, 1.7].map(|f| (scene.camera.look_from * f + random.direction()).to_array());
             scene.polygons = vec![polygon(&behind, 0)];
         }
         let eye = h.local(&scene, scene.camera.look_from);
@@ -327,7 +333,10 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
                 let n = random.direction();
                 let origin = h.round(center + n * radius * random.range(1.5, 6.0));
                 let target = center + random.direction() * radius * 0.999 * random.unit().sqrt();
-                ProbeRay { media: Some([0; 2]), ..ProbeRay::new(origin, h.round((target - origin).normalize())) }
+                ProbeRay {
+                    media: Some([0; 2]),
+                    ..ProbeRay::new(origin, h.round((target - origin).normalize()))
+                }
             })
             .collect();
         let probed = h.probe(&scene, &rays)?;
@@ -336,11 +345,19 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let Some(hit) = probed.hits[child.parent].filter(|hit| hit.id == own) else { continue };
             let side = if child.refracted { -hit.normal } else { hit.normal };
             let tangent = side.cross(random.direction()).normalize();
+            if !child.refracted {
+                // Not off the surface at all: the sphere is known to be left.
+                let d = h.round((tangent + side).normalize());
+                next.push((false, ProbeRay { skip: Some(own), ..ProbeRay::new(hit.position, d) }));
+            }
             for k in [0, 2, 6, 10, 14, 18, 22] {
                 let d = h.round((tangent + side * 2f64.powi(-k)).normalize());
                 // Outward of the sphere as the kernels hold it.
                 if d.dot(side) > 0.0 {
-                    next.push((child.refracted, ProbeRay { skip: child.skip, ..ProbeRay::new(child.origin, d) }));
+                    next.push((
+                        child.refracted,
+                        ProbeRay { skip: child.skip, ..ProbeRay::new(child.origin, d) },
+                    ));
                 }
             }
         }
