@@ -86,7 +86,7 @@ fn tolerance(u: f64, p: &Pass, r: f64, wide: bool) -> Tolerance {
     Tolerance { t: relative * u * t + lack + e.sqrt().min(e / root), band: off }
 }
 
-/// Rays from `origin` toward points of the disc of sphere 0, `rim` to the power of the rank away from its edge.
+/// Rays from `origin` toward points of sphere 0, no nearer to its rim than 10^-3 of the radius.
 fn toward_disc(
     h: &Harness<'_>,
     scene: &Scene,
@@ -104,7 +104,7 @@ fn toward_disc(
 }
 
 /// The hits of rays on sphere 0 against exact ones: wrong hits, and the greatest error of t as a
-/// share of its bound. `band` is how near the rim a hit is anybody's guess, `ahead` picks the root.
+/// share of its bound.
 fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize, f64), RenderError> {
     let (center, radius, wide) = h.local_sphere(scene, 0);
     let hits = h.probe(scene, rays)?.hits;
