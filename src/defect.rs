@@ -80,4 +80,10 @@ defects! {
     ShadowBeyond = DEFECT_SHADOW_BEYOND;
     /// The squared cosine of refraction is 1 - eta^2 (1 - c^2), as in GLSL's refract.
     CosineForm = DEFECT_COSINE_FORM;
+    /// Secondary rays start 0.1 of the user's units along their way and may hit what they left.
+    FixedOrigin = DEFECT_FIXED_ORIGIN;
+    /// Hits on an edge are left there.
+    NoInset = DEFECT_NO_INSET;
+    /// Shadow rays reach the light itself.
+    ToTheLight = DEFECT_TO_THE_LIGHT;
 }

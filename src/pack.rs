@@ -75,6 +75,7 @@ struct FlatTriangle {
     smooth: Option<[DVec3; 3]>,
     material: usize,
     solid: u32,
+    inner_edges: u32,
 }
 
 /// Packs `scene` for kernels of a precision. `brute_force` overrides the choice between brute force
@@ -117,7 +118,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
             material: t.material as u32,
             solid: t.solid,
             id: id as u32,
-            pad: 0,
+            inner_edges: t.inner_edges,
         });
         if any_smooth {
             let [a, b, c] = t.smooth.map_or([[0.0; 3]; 3], |n| n.map(|n| n.to_array()));
@@ -213,7 +214,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
 
 /// Radii that single numbers serve: outside, a ratio of distance to radius above 2^15 leaves f32 no
 /// silhouette (numerics 2.2: f32 holds to 1e5), and a surface too far from its centre no position.
-const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
+pub(crate) const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
 
 /// Materials that some surface has.
 fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {
@@ -226,9 +227,22 @@ fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {
 
 /// A number as a sum of two, each rounded as the kernels round.
 fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSphere {
-    // The surface point nearest the origin; for a centre at the origin, any.
+    // The surface point nearest the origin; for a centre at the origin, any. Its distance is the
+    // difference of two numbers that may be near equal, a planet's radius and its centre's distance,
+    // so it comes from the difference of their squares, error-free (Dekker's product by fma).
     let normal = normalized(-center).unwrap_or(DVec3::Y);
-    let point = center + radius * normal;
+    let scale = 2f64.powi(radius.max(center.abs().max_element()).log2().floor() as i32);
+    let (r, c) = (radius / scale, center / scale);
+    let products =
+        [(r, r), (-c.x, c.x), (-c.y, c.y), (-c.z, c.z)].map(|(x, y)| (x * y, x.mul_add(y, -(x * y))));
+    let (mut sum, mut error) = (0.0, 0.0);
+    for (p, e) in products {
+        let s: f64 = sum + p;
+        let b = s - sum;
+        error += (sum - (s - b)) + (p - b) + e;
+        sum = s;
+    }
+    let point = normal * (scale * ((sum + error) / (r + c.length())));
     let split = |v: DVec3| {
         let high = round.point(v);
         (high.to_array(), round.point(v - high).to_array())
@@ -290,6 +304,8 @@ fn flatten(scene: &Scene, frame: &LocalFrame, eye: DVec3, solids: &mut Vec<Solid
                 smooth: None,
                 material: p.material,
                 solid: 0,
+                inner_edges: if i > 1 { abi::INNER_AB } else { 0 }
+                    | if i + 2 < corners.len() { abi::INNER_CA } else { 0 },
             });
         }
     }
@@ -313,6 +329,7 @@ fn flatten(scene: &Scene, frame: &LocalFrame, eye: DVec3, solids: &mut Vec<Solid
                 smooth: face.normals.map(|n| n.map(|n| mesh.normals[n as usize])),
                 material: face.material,
                 solid: if scene.materials[face.material].refracts() { solid } else { 0 },
+                inner_edges: 0,
             });
         }
     }

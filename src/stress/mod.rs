@@ -4,16 +4,20 @@
 
 mod camera;
 mod case;
+mod contact;
 mod duplicates;
 mod exact;
 mod frame;
 mod hierarchy;
+mod leaks;
 mod lighting;
 mod media;
 mod optics;
 mod origins;
+mod pixels;
 mod refraction;
 pub(crate) mod shapes;
+mod roots;
 mod spheres;
 mod thin;
 mod tracer;
@@ -28,7 +32,9 @@ pub fn cases() -> Vec<Case> {
         frame::CASES,
         triangles::CASES,
         spheres::CASES,
+        contact::CASES,
         origins::CASES,
+        leaks::CASES,
         hierarchy::CASES,
         refraction::CASES,
         media::CASES,

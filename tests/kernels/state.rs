@@ -295,7 +295,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
             let [a, b, c] = [t.a, t.b, t.c].map(|c| Vec3::from(c).as_dvec3());
             let normal = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3().to_array();
             let (material, solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
-            TriangleInfo { normal, geometric: normal, material, solid, id: *id, pad: 0 }
+            TriangleInfo { normal, geometric: normal, material, solid, id: *id, inner_edges: *id % 4 }
         })
         .collect();
     m.sphere_infos = of_spheres

@@ -39,7 +39,7 @@ impl Scene<'_> {
         if h.primitive < self.spec.triangle_count {
             let at = h.primitive as usize;
             let info = &self.triangle_infos[at];
-            p = triangle_point(&self.triangles[at], info, h.u, h.v);
+            p = triangle_point(&self.triangles[at], info, h.u, h.v, self.spec.robust != 0);
             if self.spec.smooth_normals != 0 {
                 let flat = info.normal.into();
                 p.normal = smooth_normal(&self.corner_normals[at], flat, info.geometric.into(), h.u, h.v);

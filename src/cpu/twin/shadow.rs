@@ -1,14 +1,20 @@
 //! Twin of `glsl/shadow.comp`.
 
-use super::lib::numeric::dot3;
+use super::lib::numeric::{dot3, max_component};
 use super::lib::surface::spawn_origin;
 use super::lib::trace::{Shapes, make_trace_ray};
-use super::real::{Real3, Vec3, float};
+use super::real::{Real, Real3, U, Vec3, float};
 use super::structs::{
     Camera, DepthCount, Light, Material, Node, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
     TriangleInfo, WideSphere,
 };
 use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, Specialisation};
+
+fn before_light(light: Real3, segment: Real3) -> Real {
+    let m = max_component(light);
+    let share = (64.0 * U) * if m > 1.0 { m } else { 1.0 } / max_component(segment);
+    if share < 0.5 { 1.0 - share } else { 0.5 }
+}
 
 fn direct_light(
     shapes: &Shapes<'_>,
@@ -35,8 +41,9 @@ fn direct_light(
     }
     let away = if fixed { to_light / squared.sqrt() } else { offset };
     let origin = spawn_origin(position, offset, away, fixed, shift);
-    let r = make_trace_ray(origin, target - origin, if fixed { NONE } else { s.primitive });
-    if shapes.closest_hit(&r, 1.0, true, counters).primitive != NONE {
+    let segment = target - origin;
+    let r = make_trace_ray(origin, segment, if fixed { NONE } else { s.primitive });
+    if shapes.closest_hit(&r, before_light(target, segment), true, counters).primitive != NONE {
         return Vec3::ZERO;
     }
     Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared)
@@ -72,7 +79,7 @@ pub fn shadow(
         let m = &materials[if hit { s.material as usize } else { 0 }];
         let diffuse = Vec3::from(m.diffuse);
         let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
-        let mut light = if first { Vec3::splat(m.ambient) } else { contributions[i].into() };
+        let mut light = if first { Vec3::ZERO } else { contributions[i].into() };
         if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
             let mut shadow_rays = 0;
             for source in lights {
@@ -86,7 +93,7 @@ pub fn shadow(
         }
         let c = &camera[0];
         let background = Vec3::new(c.background_r, c.background_g, c.background_b);
-        let color = if hit { own * (diffuse * light) } else { background };
+        let color = if hit { own * (diffuse * (Vec3::splat(m.ambient) + light)) } else { background };
         let weighted = Vec3::from(rays[i].throughput) * color;
         if spec.branching != 0 {
             contributions[i] = weighted.into();

@@ -8,6 +8,11 @@ pub fn dot3(a: Real3, b: Real3) -> Real {
     (a.x * b.x + a.y * b.y) + a.z * b.z
 }
 
+/// Vector product.
+pub fn cross3(a: Real3, b: Real3) -> Real3 {
+    Real3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+}
+
 /// Largest absolute component.
 pub fn max_component(v: Real3) -> Real {
     let (x, y, z) = (v.x.abs(), v.y.abs(), v.z.abs());

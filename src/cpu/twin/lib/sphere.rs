@@ -1,8 +1,8 @@
 //! Twin of `glsl/lib/sphere.glsl`.
 
-use super::super::real::{Real, Real3};
+use super::super::real::{Real, Real3, U};
 use super::super::structs::{Sphere, WideSphere};
-use super::numeric::dot3;
+use super::numeric::{dot3, max_component};
 use super::wide::{
     Wide, wide_add, wide_add3, wide_div, wide_dot, wide_mul, wide_negative, wide_scale, wide_sqrt, wide3,
 };
@@ -12,13 +12,33 @@ fn nearest_root(t0: Real, t1: Real) -> Real {
     if near > 0.0 { near } else { far }
 }
 
+/// Where a ray that starts on the sphere goes.
+#[derive(PartialEq)]
+enum Course {
+    Outward,
+    Inward,
+    Grazing,
+}
+
+fn own_course(b: Real, o: Real3, d: Real3, radius: Real) -> Course {
+    let noise = (32.0 * U) * (max_component(o) + radius) * max_component(d);
+    if b > noise {
+        Course::Inward
+    } else if b < -noise {
+        Course::Outward
+    } else {
+        Course::Grazing
+    }
+}
+
 /// Whether the ray meets the sphere at 0 < t, and the nearest such t. `own`: it starts on the sphere.
 pub fn hit_sphere(s: &Sphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
     let f = o - Real3::from(s.center);
     let a = dot3(d, d);
     let b = -dot3(f, d);
-    if own {
-        return (b > 0.0, 2.0 * b / a);
+    let course = if own { own_course(b, o, d, s.radius) } else { Course::Grazing };
+    if course != Course::Grazing {
+        return (course == Course::Inward, 2.0 * b / a);
     }
     let p = f + (b / a) * d;
     let discriminant = s.radius * s.radius - dot3(p, p);
@@ -26,6 +46,9 @@ pub fn hit_sphere(s: &Sphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
     let q = b + if b < 0.0 { -root } else { root };
     let length_f = dot3(f, f).sqrt();
     let c = (length_f - s.radius) * (length_f + s.radius);
+    if own && !(c < 0.0) {
+        return (false, 0.0);
+    }
     let t = nearest_root(c / q, q / a);
     (discriminant >= 0.0 && q != 0.0 && t > 0.0, t)
 }
@@ -39,11 +62,16 @@ pub fn hit_wide_sphere(s: &WideSphere, o: Real3, d: Real3, own: bool) -> (bool, 
     let dir = wide3(d, Real3::ZERO);
     let a = wide_dot(dir, dir);
     let b = wide_negative(wide_dot(f, dir));
-    if own {
-        return (b.hi > 0.0, 2.0 * b.hi / a.hi);
+    let near = if s.radius < 1.0 { s.radius } else { 1.0 };
+    let course = if own { own_course(b.hi, o, d, near) } else { Course::Grazing };
+    if course != Course::Grazing {
+        return (course == Course::Inward, 2.0 * b.hi / a.hi);
     }
     let height = wide_mul(r, wide_dot(n, to));
     let c = wide_add(wide_dot(to, to), Wide { hi: 2.0 * height.hi, lo: 2.0 * height.lo });
+    if own && !(c.hi < 0.0) {
+        return (false, 0.0);
+    }
     let discriminant = if s.radius > 1.0 {
         wide_add(wide_mul(b, b), wide_negative(wide_mul(a, c)))
     } else {

@@ -2,7 +2,8 @@
 
 use super::super::real::{Real, Real3, U, real};
 use super::super::structs::{CornerNormals, Sphere, Triangle, TriangleInfo, WideSphere};
-use super::numeric::{dot3, max_component, safe_normalize};
+use super::numeric::{cross3, dot3, max_component, safe_normalize};
+use crate::abi::{INNER_AB, INNER_CA};
 
 /// Position, normals and spawn offset of a hit.
 #[derive(Debug, Clone, Copy)]
@@ -17,15 +18,42 @@ pub struct Point {
     pub offset: Real3,
 }
 
-/// The point with weights u of b and v of c.
-pub fn triangle_point(t: &Triangle, info: &TriangleInfo, u: Real, v: Real) -> Point {
+fn inset_share(by: Real, base: Real3, area: Real) -> Real {
+    let share = by * dot3(base, base).sqrt() / area;
+    if share < 0.125 { share } else { 0.125 }
+}
+
+fn inset(e1: Real3, e2: Real3, by: Real, inner_edges: u32, (mut u, mut v): (Real, Real)) -> (Real, Real) {
+    let n = cross3(e1, e2);
+    let area = dot3(n, n).sqrt();
+    let least_u = if inner_edges & INNER_CA != 0 { 0.0 } else { inset_share(by, e2, area) };
+    let least_v = if inner_edges & INNER_AB != 0 { 0.0 } else { inset_share(by, e1, area) };
+    let least_w = inset_share(by, e2 - e1, area);
+    u = if u > least_u { u } else { least_u };
+    v = if v > least_v { v } else { least_v };
+    let lack = least_w - (1.0 - u - v);
+    if lack > 0.0 {
+        if u > v {
+            u -= lack;
+        } else {
+            v -= lack;
+        }
+    }
+    (u, v)
+}
+
+/// The point with weights u of b and v of c. `robust`: kept off the edges.
+pub fn triangle_point(t: &Triangle, info: &TriangleInfo, u: Real, v: Real, robust: bool) -> Point {
     let a = Real3::from(t.a);
     let (e1, e2) = (Real3::from(t.b) - a, Real3::from(t.c) - a);
     let geometric = Real3::from(info.geometric);
-    let (m1, m2) = (max_component(e1), max_component(e2));
-    let extent = 2.0 * if m1 > m2 { m1 } else { m2 };
-    let n = geometric.abs();
-    let length = (4.0 * U) * dot3(n, a.abs()) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
+    let (m1, m2, m3) = (max_component(e1), max_component(e2), max_component(e2 - e1));
+    let extent = if m1 > m2 { m1 } else { m2 };
+    let extent = if m3 > extent { m3 } else { extent };
+    let (n, at) = (geometric.abs(), a.abs());
+    let by = (16.0 * U) * ((at.x + at.y) + at.z) + (96.0 * U) * extent;
+    let (u, v) = if robust { inset(e1, e2, by, info.inner_edges, (u, v)) } else { (u, v) };
+    let length = (4.0 * U) * dot3(n, at) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
     Point {
         position: a + (u * e1 + v * e2),
         geometric,
@@ -70,7 +98,7 @@ pub fn sphere_point(s: &Sphere, o: Real3, d: Real3, t: Real) -> Point {
         position: center + s.radius * geometric,
         geometric,
         normal: geometric,
-        offset: (8.0 * U) * (dot3(geometric.abs(), center.abs()) + s.radius) * geometric,
+        offset: (16.0 * U) * (dot3(geometric.abs(), center.abs()) + s.radius) * geometric,
     }
 }
 

@@ -1,8 +1,9 @@
 //! Twin of `glsl/lib/trace.glsl`.
 
-use super::super::real::{Real, Real3, is_not_finite};
+use super::super::real::{Real, Real3, U, is_not_finite};
 use super::super::structs::{Hit, Node, Sphere, SphereInfo, Triangle, TriangleInfo, WideSphere};
 use super::r#box::{SLAB_GROW, box_interval, enter_box, safe_reciprocal, sphere_box, triangle_box};
+use super::numeric::{dot3, max_component};
 use super::sphere::{hit_sphere, hit_wide_sphere};
 use super::triangle::{Shear, hit_triangle, make_shear};
 use crate::abi::{
@@ -44,6 +45,18 @@ pub fn make_trace_ray(origin: Real3, direction: Real3, skip: u32) -> TraceRay {
     TraceRay { origin, direction, inverse: safe_reciprocal(direction), shear: make_shear(direction), skip }
 }
 
+fn recedes(t: &Triangle, normal: Real3, r: &TraceRay, distance: Real) -> bool {
+    let a = Real3::from(t.a);
+    let (e1, e2, to) = (Real3::from(t.b) - a, Real3::from(t.c) - a, a - r.origin);
+    let (m1, m2) = (max_component(e1), max_component(e2));
+    if distance * max_component(r.direction) > if m1 > m2 { m1 } else { m2 } {
+        return false;
+    }
+    let (height, along) = (dot3(normal, to), dot3(normal, r.direction));
+    let (unsure, parallel) = ((8.0 * U) * max_component(to), (8.0 * U) * max_component(r.direction));
+    (height < -unsure && along > parallel) || (height > unsure && along < -parallel)
+}
+
 impl Shapes<'_> {
     fn primitive_id(&self, primitive: u32) -> u32 {
         let count = self.spec.triangle_count;
@@ -82,6 +95,10 @@ impl Shapes<'_> {
         let triangle = &self.triangles[primitive as usize];
         let (hit, t, u, v) = hit_triangle(triangle, r.origin, &r.shear, self.spec.robust != 0);
         if hit && primitive != r.skip {
+            let normal = self.triangle_infos[primitive as usize].geometric.into();
+            if self.spec.robust != 0 && r.skip != NONE && recedes(triangle, normal, r, t) {
+                return;
+            }
             self.take_hit(Hit { t, u, v, primitive }, triangle_box(triangle), r, best);
         }
     }
