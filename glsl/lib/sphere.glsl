@@ -38,7 +38,7 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
 }
 
 // The same for a sphere whose radius f32 cannot tell from its distance, or the other way round
-// (numerics 2.2: from a ratio of 2^12 on). All in double length; c = |o - p|^2 + 2 r n.(o - p).
+// (numerics.md, Spheres: local radii outside [2^-14, 2^12]). All in double length; c = |o - p|^2 + 2 r n.(o - p).
 bool hit_wide_sphere(WideSphere s, real3 o, real3 d, bool own, out real t) {
     Wide3 n = wide3(s.normal, s.normal_low);
     Wide r = Wide(s.radius, s.radius_low);
