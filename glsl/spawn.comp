@@ -15,12 +15,10 @@ READS(queue)
 READS(next_queue)
 READS(surfaces)
 READS(offsets)
-READS(solid_priorities)
 WRITES(next_rays)
 WRITES(next_media)
 UPDATES(counters)
 #include "surface.glsl"
-#include "media.glsl"
 #include "fresnel.glsl"
 
 // A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics.md, Shading).

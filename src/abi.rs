@@ -497,6 +497,8 @@ constants! {
     DEFECT_SHORT_STACK = 23;
     /// `defect`: Boxes of the hierarchy are not padded.
     DEFECT_HOST_TINY_BOX = 24;
+    /// `defect`: A ray's octant is that of its direction, in which -0 counts as positive, its reciprocal that of the sign bit.
+    DEFECT_OCTANT = 25;
 }
 
 macro_rules! specialisation {

@@ -65,4 +65,7 @@ defects! {
     ShortStack = DEFECT_SHORT_STACK;
     /// Boxes of the hierarchy are not padded.
     TightBoxes = DEFECT_HOST_TINY_BOX;
+    /// A ray's octant is that of its direction, in which -0 counts as positive, its reciprocal that of
+    /// the sign bit.
+    Octant = DEFECT_OCTANT;
 }

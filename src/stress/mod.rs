@@ -4,6 +4,8 @@
 
 mod camera;
 mod case;
+mod duplicates;
+mod exact;
 mod files;
 mod frame;
 mod hierarchy;
@@ -12,11 +14,12 @@ mod origins;
 mod refraction;
 mod shapes;
 mod spheres;
+mod thin;
 mod tracer;
 mod triangles;
 
 pub use case::{Case, Figure, Harness};
-pub use tracer::{Picture, Tracer};
+pub use tracer::{Picture, Tracer, Twins};
 
 /// All cases, in the order they are run.
 pub fn cases() -> Vec<Case> {
@@ -30,6 +33,8 @@ pub fn cases() -> Vec<Case> {
         lighting::CASES,
         camera::CASES,
         files::CASES,
+        thin::CASES,
+        duplicates::CASES,
     ]
     .concat()
 }

@@ -157,7 +157,6 @@ impl Memory {
                 &m.next_queue,
                 &m.surfaces,
                 &m.offsets,
-                &m.solid_priorities,
                 &mut m.next_rays,
                 &mut m.next_media,
                 &mut m.counters,

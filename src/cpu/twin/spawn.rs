@@ -50,8 +50,6 @@ pub fn spawn(
     next_queue: &[Queue],
     surfaces: &[Surface],
     offsets: &[u32],
-    // Comes with the library of media; spawning asks for no priority.
-    _solid_priorities: &[i32],
     next_rays: &mut [Ray],
     next_media: &mut [u32],
     counters: &mut [u32],
