@@ -9,6 +9,7 @@ mod frame;
 mod hierarchy;
 mod lighting;
 mod origins;
+pub mod page;
 mod refraction;
 mod shapes;
 mod spheres;
