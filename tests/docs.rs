@@ -265,7 +265,14 @@ fn the_scene_formats_example_is_a_scene() {
 
 #[test]
 fn files_that_are_linked_exist() {
-    for page in ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "docs/scene-format.md", "scenes/README.md"] {
+    for page in [
+        "README.md",
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "docs/extremes.md",
+        "docs/scene-format.md",
+        "scenes/README.md",
+    ] {
         let text = read(page);
         for link in text.split("](").skip(1).filter_map(|t| t.split(')').next()) {
             let file = link.split('#').next().unwrap_or_default();

@@ -1,6 +1,7 @@
-//! What each protection costs in device time: renders in turn, each divided by `robust` in its round.
+//! What each protection costs in device time: renders in turn, each divided by the run of `robust` just
+//! before it.
 
-use super::markdown::{number, table};
+use super::markdown::table;
 use super::{PageError, running};
 use crate::defect::Defect;
 use crate::generate::{displaced_sphere, frequency, sphereflake};
@@ -15,7 +16,7 @@ use glam::DVec3;
 /// Rounds after the warm-up, each with every variant once.
 const ROUNDS: usize = 7;
 /// Pixels on a side.
-const SIDE: u32 = 192;
+const SIDE: u32 = 160;
 
 /// A way to render.
 #[derive(Debug, Clone, Copy)]
@@ -29,9 +30,13 @@ const fn without(name: &'static str, defect: Defect) -> Variant {
     Variant { name, precision: Precision::Robust, planted: Some(defect) }
 }
 
-/// `robust` first: it is what the others are divided by.
+/// What the others are divided by.
+const ROBUST: Variant =
+    Variant { name: "`robust` again: the noise", precision: Precision::Robust, planted: None };
+
+/// The noise first: it is what the others are held against.
 const VARIANTS: [Variant; 11] = [
-    Variant { name: "`robust`, all protections", precision: Precision::Robust, planted: None },
+    ROBUST,
     Variant {
         name: "`fast`: no exact edges, hits not confined to boxes",
         precision: Precision::Fast,
@@ -48,12 +53,12 @@ const VARIANTS: [Variant; 11] = [
     without("samples added without compensation", Defect::NaiveSum),
 ];
 
-/// Device seconds, by variant, then round.
-type Times = Vec<Vec<f64>>;
+/// Device time over that of `robust` just before, by variant, then round.
+type Ratios = Vec<Vec<f64>>;
 
 /// The section's figures.
 pub(super) struct Cost {
-    scenes: Vec<(&'static str, Times)>,
+    scenes: Vec<Ratios>,
     variants: Vec<Variant>,
 }
 
@@ -87,84 +92,72 @@ pub(super) fn measure(renderer: &mut Renderer) -> Result<Cost, PageError> {
     let variants: Vec<Variant> =
         VARIANTS.into_iter().filter(|v| double || v.precision != Precision::Double).collect();
     let mut scenes = Vec::new();
-    for (name, scene) in [("room", room()), ("flake", flake()), ("mesh", rock())] {
-        let mut times: Times = vec![Vec::new(); variants.len()];
-        for round in 0..=ROUNDS {
-            for (variant, times) in variants.iter().zip(&mut times) {
-                running()?;
-                let settings = Settings {
-                    width: SIDE,
-                    height: SIDE,
-                    samples: 2,
-                    precision: variant.precision,
-                    planted: variant.planted,
-                    ..Settings::of(&scene)
-                };
-                let report = renderer.render(&scene, &settings, &mut Quiet)?.report;
-                if round > 0 {
-                    times.push(report.time.device);
-                }
+    for scene in [room(), flake(), rock()] {
+        let mut seconds = |variant: &Variant| {
+            running()?;
+            let settings = Settings {
+                width: SIDE,
+                height: SIDE,
+                samples: 2,
+                precision: variant.precision,
+                planted: variant.planted,
+                ..Settings::of(&scene)
+            };
+            Ok::<_, PageError>(renderer.render(&scene, &settings, &mut Quiet)?.report.time.device)
+        };
+        let mut ratios: Ratios = vec![Vec::new(); variants.len()];
+        for variant in &variants {
+            seconds(variant)?;
+        }
+        for _ in 0..ROUNDS {
+            for (variant, ratios) in variants.iter().zip(&mut ratios) {
+                let base = seconds(&ROBUST)?;
+                ratios.push(seconds(variant)? / base);
             }
         }
-        scenes.push((name, times));
+        scenes.push(ratios);
     }
     Ok(Cost { scenes, variants })
 }
 
-/// Each round's time over that of the same round's `base`.
-fn ratios(times: &[f64], base: &[f64]) -> Vec<f64> {
-    times.iter().zip(base).map(|(t, b)| t / b).collect()
+/// Median and quartiles, bold where the middle half of the ratios has none in common with that of the
+/// noise: `**1.25** (1.20-1.31)`.
+fn cell(ratios: &[f64], noise: &[f64]) -> String {
+    let (Some(q), Some(n)) = (quartiles(ratios), quartiles(noise)) else { return "-".into() };
+    let apart = q.lower > n.upper || q.upper < n.lower;
+    let mark = if apart { "**" } else { "" };
+    format!("{mark}{}{mark} ({}-{})", ratio(q.median), ratio(q.lower), ratio(q.upper))
 }
 
-/// Median and quartiles: `1.25 (1.20-1.31)`.
-fn cell(ratios: &[f64]) -> String {
-    quartiles(ratios)
-        .map_or("-".into(), |q| format!("{} ({}-{})", number(q.median), number(q.lower), number(q.upper)))
+fn ratio(x: f64) -> String {
+    format!("{x:.2}")
 }
 
 impl Cost {
     pub(super) fn text(&self, kind: &str) -> String {
-        let rows: Vec<[String; 4]> = self
-            .variants
-            .iter()
-            .enumerate()
-            .map(|(i, variant)| {
-                let of = |scene: usize| {
-                    let times: &Times = &self.scenes[scene].1;
-                    if i == 0 { spread(&times[0]) } else { cell(&ratios(&times[i], &times[0])) }
-                };
-                [variant.name.to_owned(), of(0), of(1), of(2)]
-            })
-            .collect();
-        let table = table(
-            &[
-                ("device time over `robust`", Left),
-                ("room", Right),
-                ("flake on a planet", Right),
-                ("mesh", Right),
-            ],
-            &rows,
-        );
+        let cells = self.variants.iter().enumerate().map(|(i, variant)| {
+            let of = |scene: usize| self.scenes.get(scene).map_or("-".into(), |s| cell(&s[i], &s[0]));
+            [variant.name.to_owned(), of(0), of(1), of(2)]
+        });
+        let rows: Vec<[String; 4]> = cells.collect();
+        let columns =
+            [("over `robust`", Left), ("room", Right), ("flake on a planet", Right), ("mesh", Right)];
         let caution = if kind == "cpu" {
             "**This device is a CPU driver: the ratios are its own and say nothing of a GPU**, where f64 alone costs many \
-             times\nf32.\n\n"
+             times f32.\n\n"
         } else {
             ""
         };
         format!(
-            "{caution}Device time (timestamps around every pass) of one render over that of `robust` in the same round; \
-             median and, in brackets, the\ninterquartile range of {ROUNDS} rounds in which every variant runs once, after \
-             a round of warm-up. Below 1 the protection costs time.\nThe first row has no ratio: it shows the spread of \
-             `robust` itself, each run over its median. A difference inside the brackets is\nnone. The room is that of \
-             above; the flake has 91 mirrors above a sphere of radius 10^6 m, the mesh 5,120 triangles. The room and\nthe \
-             mesh have no huge sphere, so there *huge spheres in plain f32* is the same work again, and shows the noise.\n\n{table}"
+            "{caution}Device time (timestamps around every pass) of a render over that of `robust` just before it; median \
+             and, in brackets, lower and upper\nquartile of {ROUNDS} rounds in which every variant runs once, after a \
+             warm-up. Below 1 the protection costs time. **Bold** where the middle\nhalf of the rounds has nothing in \
+             common with that of the first row, which is the same work again and shows the noise; a figure that\nis \
+             not bold shows no difference. The room is that of above, the flake has 91 mirrors above a sphere of radius \
+             10^6 m, the mesh 5,120\ntriangles. Without a protection an image may be wrong; only its time is shown here.\n\n{}",
+            table(&columns, &rows)
         )
     }
-}
-
-/// A variant over its own median.
-fn spread(times: &[f64]) -> String {
-    quartiles(times).map_or("-".into(), |q| cell(&times.iter().map(|t| t / q.median).collect::<Vec<_>>()))
 }
 
 #[cfg(test)]
@@ -172,15 +165,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slow_round_cancels_out_of_the_ratio() {
-        let base = [1.0, 1.0, 10.0, 1.0, 1.0];
-        let times = [2.0, 2.0, 20.0, 2.0, 2.0];
-        assert_eq!(cell(&ratios(&times, &base)), "2 (2-2)");
-        assert_eq!(spread(&base), "1 (1-1)");
+    fn only_what_stands_out_of_the_noise_is_bold() {
+        let noise = [0.9, 1.0, 1.1, 0.95, 1.05];
+        assert_eq!(cell(&[1.0, 1.1, 1.2], &noise), "1.10 (1.05-1.15)");
+        assert_eq!(cell(&[1.3, 1.4, 1.5], &noise), "**1.40** (1.35-1.45)");
+        assert_eq!(cell(&[0.3, 0.4, 0.5], &noise), "**0.40** (0.35-0.45)");
+        // One late round does not make a protection dear.
+        assert_eq!(cell(&[1.0, 1.0, 1.0, 1.0, 9.0], &noise), "1.00 (1.00-1.00)");
     }
 
     #[test]
-    fn the_first_variant_is_what_the_rest_are_divided_by() {
+    fn the_first_variant_is_the_noise() {
         assert_eq!((VARIANTS[0].precision, VARIANTS[0].planted), (Precision::Robust, None));
         let mut planted: Vec<_> = VARIANTS.iter().filter_map(|v| v.planted).collect();
         planted.dedup();

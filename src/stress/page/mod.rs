@@ -97,9 +97,8 @@ pub fn make(
     let cost = cost::measure(renderer)?.text(&device.kind);
 
     let lavapipe = if is_cpu {
-        "The device is a CPU driver. **Its times are its own and say nothing of a GPU**; its counts and errors are \
-         those of correctly\nrounded f32, which any device that passes the self-test shares up to the freedom Vulkan \
-         gives to division and roots.\n\n"
+        "The device is a CPU driver. **Its times are its own and say nothing of a GPU**; its errors are those of f32 \
+         as this driver rounds it.\n\n"
     } else {
         ""
     };
