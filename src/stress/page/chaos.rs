@@ -1,7 +1,7 @@
 //! f32 against f64 along chains of reflections: from sphere to sphere an error grows by the curvature.
 
 use super::markdown::{number, percent, table};
-use super::plot::{Axis, Chart, Series};
+use super::plot::{Axis, Chart, Look, Series};
 use super::{PageError, running};
 use crate::frame::LocalFrame;
 use crate::generate::sphereflake;
@@ -284,7 +284,7 @@ impl Chaos {
         let depths = |value: &dyn Fn(&Row) -> f64| {
             self.rows.iter().enumerate().map(|(i, r)| (i as f64 + 1.0, value(r))).collect::<Vec<_>>()
         };
-        let line = |name: &str, color, points, plain| Series { name: name.into(), color, points, plain };
+        let line = |name: &str, color, points, look| Series { name: name.into(), color, points, look };
         let share = |k: usize| depths(&move |r: &Row| 100.0 * r.differ[k] as f64 / CHAINS as f64);
         // From depth 2 on: before, an error is one rounding.
         let predicted = |factor: &dyn Fn(&Row) -> Option<f64>| {
@@ -299,20 +299,25 @@ impl Chaos {
             Chart {
                 title: "Paths that differ from f64",
                 x: x(),
-                y: Axis { label: "% of paths", range: [1e-3, 1e3], log: true },
-                series: vec![line("fast", 1, share(0), false), line("robust", 0, share(1), false)],
+                y: Axis { label: "% of paths", range: [1e-3, 100.0], log: true },
+                series: vec![
+                    line("fast", 1, share(0), Look::Thick),
+                    line("robust", 0, share(1), Look::Marked),
+                ],
                 mark: None,
+                legend_low: false,
             },
             Chart {
                 title: "Distance of robust from f64",
                 x: x(),
-                y: Axis { label: "scene radii", range: [1e-8, 1.0], log: true },
+                y: Axis { label: "local units", range: [1e-8, 1e-2], log: true },
                 series: vec![
-                    line("median, paths that agree", 0, depths(&|r| r.distance), false),
-                    line("from depth 2, curvature", 3, predicted(&|r| r.curvature), true),
-                    line("from depth 2, with spread", 2, predicted(&|r| r.beam), true),
+                    line("median, paths that agree", 0, depths(&|r| r.distance), Look::Marked),
+                    line("from depth 2, curvature", 3, predicted(&|r| r.curvature), Look::Plain),
+                    line("from depth 2, with spread", 2, predicted(&|r| r.beam), Look::Plain),
                 ],
                 mark: None,
+                legend_low: false,
             },
         ]
     }

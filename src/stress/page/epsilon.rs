@@ -2,7 +2,7 @@
 //! beside the spawn offset derived from the rounding of the hit point.
 
 use super::markdown::{number, percent, table};
-use super::plot::{Axis, Chart, Series};
+use super::plot::{Axis, Chart, Look, Series};
 use super::{PageError, running};
 use crate::cpu::oracle::Oracle;
 use crate::frame::LocalFrame;
@@ -11,9 +11,10 @@ use crate::measure::metrics::{Metrics, Rgb, compare};
 use crate::measure::stats::median;
 use crate::probe::ProbeRay;
 use crate::render::{Quiet, Renderer};
+use crate::scene::Scene;
 use crate::settings::{Origin, Precision, Settings};
 use crate::stress::case::Random;
-use crate::stress::shapes::room;
+use crate::stress::shapes::{polygon, room};
 use crate::table::Align::{Left, Right};
 use glam::DVec3;
 
@@ -48,6 +49,14 @@ pub(super) struct Epsilon {
     pixels: u64,
 }
 
+/// The room, and a sheet that leans: one edge lies on the floor, the other 1.2 m above it, toward the eye.
+/// Its shadow has contact, which solid things lose to no epsilon smaller than themselves.
+fn scene() -> Scene {
+    let mut s = room();
+    s.polygons.push(polygon(&[[0.2, -5.0, 2.0], [2.2, -5.0, 2.0], [2.2, -3.8, 4.0], [0.2, -3.8, 4.0]], 2));
+    s
+}
+
 /// 1e-9 to 1, two a decade.
 fn epsilons() -> impl Iterator<Item = f64> {
     // Written and read back, so that 0.1 is 0.1.
@@ -67,7 +76,7 @@ fn dark_and_light<A: Rgb, B: Rgb>(image: &[A], truth: &[B]) -> (u64, u64) {
 }
 
 pub(super) fn measure(renderer: &mut Renderer, precision: Precision) -> Result<Epsilon, PageError> {
-    let scene = room();
+    let scene = scene();
     let base = Settings { width: SIDE, height: SIDE, samples: SAMPLES, precision, ..Settings::of(&scene) };
     let oracle = Oracle::new(&scene);
     let direct = Settings { depth: 1, ..base.clone() };
@@ -153,8 +162,8 @@ impl Epsilon {
 
     fn method(&self) -> String {
         format!(
-            "A room of {} m with a mirror wall, a glass ball, a mirror ball and a box, {SIDE}x{SIDE} pixels, \
-             {SAMPLES} samples, depth 4. The f64 oracle\nrenders the same sample positions, so what differs is \
+            "A room of {} m with a mirror wall, a glass ball, a mirror ball, a box, and a sheet that leans on the floor \
+             by one edge: {SIDE}x{SIDE}\npixels, {SAMPLES} samples, depth 4. The f64 oracle renders the same sample positions, so what differs is \
              where secondary and shadow rays start, and rounding. RMSE and maximum are\nin linear light clamped to \
              [0, 1]; a pixel has *changed* if one of its 8-bit codes has. The last two columns are of the same room at\n\
              depth 1: no ray but shadow rays leaves a surface, so a pixel that is too dark by {CODES} codes or more has a \
@@ -183,9 +192,10 @@ impl Epsilon {
         }
         if let Some((x, worst)) = self.fixed().filter(|f| f.0 >= best).max_by_key(|f| f.1.light) {
             text += &format!(
-                "- **Right branch, leaks and lost contact.** A ray starts beyond what it should have met: blockers \
-                 nearer than the epsilon are passed, a\n  shadow no longer reaches the thing that casts it, a ray in glass \
-                 starts outside. Up to {} of the pixels are too light in direct\n  light (at {} m), {} too dark.\n",
+                "- **Right branch, leaks and lost contact.** A ray starts beyond what it should have met. Shadow rays pass \
+                 the sheet where it is nearer\n  than the epsilon, so its shadow no longer reaches it: up to {} of the \
+                 pixels are too light in direct light (at {} m), {} too dark.\n  Mirrors and glass show the rest: their \
+                 rays start elsewhere, or on the wrong side of the ball.\n",
                 share(worst.light),
                 scientific(x),
                 share(worst.dark),
@@ -206,7 +216,7 @@ impl Epsilon {
             let branch = if best < REPORTS { "right" } else { "left" };
             text += &format!(
                 "- **The report's 0.1** lies on the {branch} branch: RMSE {}, {} times that of the bound; {} of the \
-                 pixels changed, {} too light in\n  direct light.\n",
+                 pixels changed,\n  {} too light in direct light.\n",
                 number(p.full.rmse),
                 number(p.full.rmse / bound.full.rmse),
                 share(p.full.code_differing_pixels),
@@ -223,22 +233,21 @@ impl Epsilon {
             name: name.into(),
             color,
             points: self.fixed().map(|(x, p)| (x, value(p))).collect(),
-            plain: false,
+            look: Look::Marked,
         };
         let level = |name: &str, color, y: f64| Series {
             name: name.into(),
             color,
             points: vec![(1e-9, y), (1.0, y)],
-            plain: true,
+            look: Look::Plain,
         };
         let whole = self.pixels as f64 / 100.0;
-        let highest = self.points.iter().map(|p| p.full.max_abs).fold(1.0, f64::max);
         let mark = Some((REPORTS, "the report's 0.1"));
         vec![
             Chart {
                 title: "Error of the image",
                 x: x(),
-                y: Axis { label: "linear light", range: [1e-8, highest * 100.0], log: true },
+                y: Axis { label: "linear light", range: [1e-9, 1.0], log: true },
                 series: vec![
                     line("RMSE", 0, &|p| p.full.rmse),
                     line("maximum", 1, &|p| p.full.max_abs),
@@ -246,16 +255,18 @@ impl Epsilon {
                     level("maximum with the error bound", 1, bound.full.max_abs),
                 ],
                 mark,
+                legend_low: true,
             },
             Chart {
                 title: "Pixels wrong in direct light",
                 x: x(),
-                y: Axis { label: "% of pixels", range: [1e-3, 1e3], log: true },
+                y: Axis { label: "% of pixels", range: [1e-3, 100.0], log: true },
                 series: vec![
                     line("too dark: acne", 3, &|p| p.dark as f64 / whole),
                     line("too light: leaks", 2, &|p| p.light as f64 / whole),
                 ],
                 mark,
+                legend_low: true,
             },
         ]
     }

@@ -26,10 +26,12 @@ impl Axis {
     fn name(&self, place: f64) -> String {
         if !self.log {
             format!("{place}")
-        } else if (place - place.round()).abs() < 1e-6 {
-            format!("1e{place:.0}")
-        } else {
+        } else if (place - place.round()).abs() > 1e-6 {
             String::new()
+        } else if (-2.5..3.5).contains(&place) {
+            format!("{}", 10f64.powf(place.round()))
+        } else {
+            format!("1e{place:.0}")
         }
     }
 
@@ -38,6 +40,17 @@ impl Axis {
         let [low, high] = self.range.map(|x| self.place(x));
         (high - low).round() as usize + 1
     }
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Look {
+    /// Points marked.
+    Marked,
+    /// The same, thick: seen when another line covers it.
+    Thick,
+    /// No marks: a level or a prediction.
+    Plain,
 }
 
 /// One line.
@@ -49,8 +62,8 @@ pub(super) struct Series {
     pub color: usize,
     /// Points to mark; what cannot be shown on a decade axis is left out.
     pub points: Vec<(f64, f64)>,
-    /// Without marks: a level or a prediction.
-    pub plain: bool,
+    /// How it is drawn.
+    pub look: Look,
 }
 
 /// Axes, lines, and a place marked on the x axis.
@@ -66,6 +79,8 @@ pub(super) struct Chart {
     pub series: Vec<Series>,
     /// A vertical line and its name.
     pub mark: Option<(f64, &'static str)>,
+    /// The legend lies at the bottom, not at the top.
+    pub legend_low: bool,
 }
 
 /// Charts side by side.
@@ -131,21 +146,27 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
             .map(|p| (chart.x.place(p.0), chart.y.place(p.1)))
             .filter(|p| p.0.is_finite() && p.1.is_finite())
             .collect();
-        let width = if series.plain { 1 } else { 2 };
+        let (width, radius) = match series.look {
+            Look::Marked => (2, 3),
+            Look::Thick => (6, 6),
+            Look::Plain => (1, 0),
+        };
         context
             .draw_series(LineSeries::new(points.clone(), color.stroke_width(width)))
             .map_err(|e| e.to_string())?
             .label(series.name.clone())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(width)));
-        if !series.plain {
+        if radius > 0 {
             context
-                .draw_series(points.into_iter().map(|p| Circle::new(p, 3, color.filled())))
+                .draw_series(points.into_iter().map(|p| Circle::new(p, radius, color.filled())))
                 .map_err(|e| e.to_string())?;
         }
     }
+    let place =
+        if chart.legend_low { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft };
     context
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(place)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
         .label_font(("sans-serif", 13))
@@ -163,19 +184,21 @@ mod tests {
 
     #[test]
     fn decades_are_named_and_places_between_are_not() {
-        assert_eq!((axis(true).name(-3.0), axis(true).name(-2.5)), ("1e-3".into(), String::new()));
+        let names = [-3.0, -2.5, -1.0, 0.0, 3.0].map(|place| axis(true).name(place));
+        assert_eq!(names, ["1e-3", "", "0.1", "1", "1000"]);
         assert_eq!((axis(true).labels(), axis(true).place(1e-3)), (4, -3.0));
     }
 
     #[test]
     fn a_zero_on_a_decade_axis_is_left_out_not_drawn_wrong() {
-        let series = |points| Series { name: "measured".into(), color: 0, points, plain: false };
+        let series = |points| Series { name: "measured".into(), color: 0, points, look: Look::Marked };
         let chart = |points| Chart {
             title: "t",
             x: axis(true),
             y: axis(true),
             series: vec![series(points)],
             mark: Some((0.1, "here")),
+            legend_low: false,
         };
         let with = svg(&[chart(vec![(0.01, 0.1), (0.1, 0.0)])], (400, 300)).unwrap();
         let without = svg(&[chart(vec![(0.01, 0.1)])], (400, 300)).unwrap();
