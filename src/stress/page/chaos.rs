@@ -239,8 +239,8 @@ impl Chaos {
         format!(
             "A sphereflake of 91 mirrors in a closed box of mirrors; {CHAINS} chains of reflections followed through \
              the kernels at each precision,\nfrom the same first rays through the same scene (both exact in f32). A path \
-             *differs* from the depth on at which it meets another\nsurface than the f64 path. The distance is that of \
-             the `robust` hit from the f64 hit, across the ray, in units of the local frame (the\nscene's radius is \
+             *differs* from the depth on at which it meets another\nsurface than the f64 path (the same kernels in f64). The distance is that of \
+             the `robust` hit from the f64 hit, across the ray, in units of the\nlocal frame (the scene's radius is \
              from 1/2 to 1), over the paths that still agree; its growth is taken path by path and averaged as a \
              factor.\n\n\
              Two predictions stand beside it, averaged alike over the same paths. *Curvature* is 1 + 2d/(R cos) for \

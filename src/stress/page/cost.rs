@@ -144,8 +144,8 @@ impl Cost {
         let columns =
             [("over `robust`", Left), ("room", Right), ("flake on a planet", Right), ("mesh", Right)];
         let caution = if kind == "cpu" {
-            "**This device is a CPU driver: the ratios are its own and say nothing of a GPU**, where f64 alone costs many \
-             times f32.\n\n"
+            "**This device is a CPU driver: the ratios are its own and say nothing of a GPU**, on most of which f64 costs \
+             many times f32.\n\n"
         } else {
             ""
         };
@@ -154,8 +154,8 @@ impl Cost {
              and, in brackets, lower and upper\nquartile of {ROUNDS} rounds in which every variant runs once, after a \
              warm-up. Below 1 the protection costs time. **Bold** where the middle\nhalf of the rounds stands out of \
              the noise, which is the first row, the same work again, taken as wide above 1 as below; a figure\nthat is \
-             not bold shows no difference. The room is that of above, the flake has 91 mirrors above a sphere of radius \
-             10^6 m, the mesh 5,120\ntriangles. Without a protection an image may be wrong; only its time is shown here.\n\n{}",
+             not bold shows no difference. The room is that of above without the sheet, the flake has 91 mirrors above a sphere of radius \
+             10^6 m, the\nmesh 5,120 triangles. Without a protection an image may be wrong; only its time is shown here.\n\n{}",
             table(&columns, &rows)
         )
     }

@@ -164,7 +164,7 @@ impl Epsilon {
         format!(
             "A room of {} m with a mirror wall, a glass ball, a mirror ball, a box, and a sheet that leans on the floor \
              by one edge: {SIDE}x{SIDE}\npixels, {SAMPLES} samples, depth 4. The f64 oracle renders the same sample positions, so what differs is \
-             where secondary and shadow rays start, and rounding. RMSE and maximum are\nin linear light clamped to \
+             where secondary\nand shadow rays start, and rounding. RMSE and maximum are in linear light clamped to \
              [0, 1]; a pixel has *changed* if one of its 8-bit codes has. The last two columns are of the same room at\n\
              depth 1: no ray but shadow rays leaves a surface, so a pixel that is too dark by {CODES} codes or more has a \
              shadow ray that was\nblocked wrongly, one that is too light a shadow ray that missed its blocker.\n",
