@@ -167,6 +167,10 @@ pub struct StressArgs {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
 
+    /// Measure more (a fixed epsilon, f32 against f64, the cost of protections) and write all as a page of Markdown with pictures beside it
+    #[arg(long, value_name = "FILE.md")]
+    pub page: Option<PathBuf>,
+
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long)]
     pub validate: bool,

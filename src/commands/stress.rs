@@ -6,11 +6,13 @@ use crate::cli::StressArgs;
 use crate::render::Renderer;
 use crate::report::DeviceInfo;
 use crate::settings::DeviceChoice;
+use crate::stress::page::{self, Outcome, Page, PageError};
 use crate::stress::{Case, Harness, cases};
 use crate::table::{Align, Table};
 use crate::{atomic_file, progress};
 use anyhow::Context;
 use serde::Serialize;
+use std::path::Path;
 use std::time::Instant;
 
 /// One case's outcome.
@@ -43,7 +45,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
         chosen.iter().for_each(|c| table.row([c.name.into(), c.does.into()]));
         return print(&table.to_string());
     }
-    if let Some(path) = &args.report {
+    for path in args.report.iter().chain(&args.page) {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     progress::catch_interrupts()?;
@@ -80,8 +82,13 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     print(&text(&report))?;
     if let Some(path) = &args.report {
         let json = serde_json::to_string_pretty(&report).context("cannot express the report as JSON")? + "\n";
-        atomic_file::write(path, |out| out.write_all(json.as_bytes()))
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        write(path, &json)?;
+    }
+    if let Some(path) = &args.page {
+        let outcomes: Vec<Outcome> = report.cases.iter().map(Row::outcome).collect();
+        let mut say = |what: &str| console.say(&format!("measuring: {what}"));
+        let page = page::make(&mut renderer, args.precision, &outcomes, &command(), &mut say);
+        save(path, &page.map_err(page_failure)?)?;
     }
     for message in renderer.validation_messages() {
         console.error(&format!("validation: {message}"));
@@ -94,6 +101,50 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
         return Err(anyhow::anyhow!("the validation layer has objections").into());
     }
     Ok(())
+}
+
+impl Row {
+    fn outcome(&self) -> Outcome {
+        Outcome {
+            name: self.name,
+            stands_for: self.stands_for,
+            derivation: self.derivation,
+            figure: self.figure,
+            bound: self.bound,
+            unit: self.unit.clone(),
+            passed: self.passed,
+        }
+    }
+}
+
+fn page_failure(error: PageError) -> Failure {
+    match error {
+        PageError::Render(error) => error.into(),
+        PageError::Stopped => Failure::Interrupted(error.to_string()),
+        PageError::Figure(_) => anyhow::Error::new(error).into(),
+    }
+}
+
+/// The command line as it was given.
+fn command() -> String {
+    let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
+    std::iter::once("whitted".to_owned())
+        .chain(std::env::args().skip(1).map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The pictures first, so that the page never names one that is not there.
+fn save(path: &Path, page: &Page) -> Result<(), Failure> {
+    for (name, svg) in &page.pictures {
+        write(&path.with_file_name(name), svg)?;
+    }
+    write(path, &page.text)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    Ok(atomic_file::write(path, |out| out.write_all(text.as_bytes()))
+        .with_context(|| format!("cannot write {}", path.display()))?)
 }
 
 fn choose(only: &[String]) -> Result<Vec<Case>, Failure> {

@@ -1,3 +1,4 @@
-//! Measuring images against each other.
+//! Measuring images against each other, and numbers that were measured more than once.
 
 pub mod metrics;
+pub mod stats;

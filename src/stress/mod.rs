@@ -15,6 +15,7 @@ mod media;
 mod optics;
 mod origins;
 mod pixels;
+pub mod page;
 mod refraction;
 pub(crate) mod shapes;
 mod roots;
