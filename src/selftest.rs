@@ -13,7 +13,7 @@ use std::rc::Rc;
 const ITEMS: u32 = 4096;
 
 /// What one precision of a device does.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Arithmetic {
     /// Sums and products that were not correctly rounded.
     pub misrounded: u32,
@@ -114,16 +114,7 @@ macro_rules! judge {
     ($name:ident, $real:ty, $sum_error:expr, $product_error:expr) => {
         fn $name(bytes: &[u8]) -> Arithmetic {
             let numbers: Vec<$real> = bytemuck::pod_collect_to_vec(bytes);
-            let mut a = Arithmetic {
-                misrounded: 0,
-                division_ulp: 0.0,
-                sqrt_ulp: 0.0,
-                inexact_sums: 0,
-                inexact_products: 0,
-                contracted: 0,
-                blind_to_nan: 0,
-                flushes_denormals: false,
-            };
+            let mut a = Arithmetic::default();
             for row in numbers.chunks_exact(abi::SELF_TEST_ROW as usize) {
                 let (x, y) = (row[0], row[1]);
                 let ulps = |got: $real, want: $real| {

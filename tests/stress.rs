@@ -35,6 +35,22 @@ fn every_case_passes_on_the_twins() {
     all_pass(&mut Twins::default(), Precision::Robust);
 }
 
+/// Half the vector width: a subgroup of 4 in place of 8.
+#[test]
+fn every_case_passes_with_a_subgroup_of_four() {
+    let out = std::process::Command::new(env!("CARGO_BIN_EXE_whitted"))
+        .args(["stress", "--device", "cpu"])
+        .env("LP_NATIVE_VECTOR_WIDTH", "128")
+        .output()
+        .expect("the program runs");
+    assert!(
+        out.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&out.stdout),
+        String::from_utf8_lossy(&out.stderr)
+    );
+}
+
 #[test]
 fn every_case_has_a_name_of_its_own() {
     let mut names: Vec<&str> = cases().iter().map(|c| c.name).collect();

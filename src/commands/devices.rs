@@ -4,13 +4,37 @@ use super::console::print;
 use super::failure::Failure;
 use crate::cli::DevicesArgs;
 use crate::render::RenderError;
+use crate::selftest::{self, Arithmetic, SelfTest};
+use crate::settings::DeviceChoice;
 use crate::units::{bytes, grouped, number};
-use crate::vk::{self, DeviceSummary};
+use crate::vk::{self, Device, DeviceSummary};
 use anyhow::Context;
+use serde::Serialize;
+use std::rc::Rc;
+
+/// A device, and what its arithmetic is worth.
+#[derive(Debug, Serialize)]
+struct Listed {
+    #[serde(flatten)]
+    device: DeviceSummary,
+    /// `None` where the device cannot be used, or not be opened.
+    arithmetic: Option<SelfTest>,
+}
+
+impl Listed {
+    fn new(device: DeviceSummary) -> Listed {
+        let open = || Device::new(&DeviceChoice::Index(device.index), false).ok();
+        let arithmetic = match device.unusable {
+            Some(_) => None,
+            None => open().and_then(|opened| selftest::run(&Rc::new(opened)).ok()),
+        };
+        Listed { device, arithmetic }
+    }
+}
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
-    let devices = vk::list().map_err(RenderError::from)?;
+    let devices: Vec<Listed> = vk::list().map_err(RenderError::from)?.into_iter().map(Listed::new).collect();
     let text = if args.json {
         serde_json::to_string_pretty(&devices).context("cannot express the devices as JSON")? + "\n"
     } else {
@@ -19,7 +43,7 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
     print(&text)
 }
 
-fn listing(devices: &[DeviceSummary]) -> String {
+fn listing(devices: &[Listed]) -> String {
     if devices.is_empty() {
         return "no Vulkan device\n".into();
     }
@@ -27,7 +51,8 @@ fn listing(devices: &[DeviceSummary]) -> String {
 }
 
 /// One device: a heading, then a line for each thing to know.
-fn block(d: &DeviceSummary) -> String {
+fn block(listed: &Listed) -> String {
+    let d = &listed.device;
     let usable = match (&d.unusable, d.default) {
         (Some(why), _) => format!("no: {why}"),
         (None, true) => "yes; taken unless --device names another".into(),
@@ -64,18 +89,39 @@ fn block(d: &DeviceSummary) -> String {
         ),
         ("timing", timing),
         ("fp64", doubles.into()),
+        ("numbers", numbers(listed.arithmetic.as_ref())),
     ];
     rows.iter().fold(format!("device {}: {}\n", d.index, d.name), |text, (name, line)| {
         text + &format!("  {name:<8} {line}\n")
     })
 }
 
+/// The verdict of the self-test.
+fn numbers(arithmetic: Option<&SelfTest>) -> String {
+    let Some(test) = arithmetic else { return "not tested".into() };
+    let one = |a: &Arithmetic| {
+        let faults = a.faults();
+        let exact = if faults.is_empty() {
+            format!(
+                "exact where it must be, division {} ulp, root {} ulp",
+                number(a.division_ulp),
+                number(a.sqrt_ulp)
+            )
+        } else {
+            format!("not to be trusted: {}", faults.join("; "))
+        };
+        exact + if a.flushes_denormals { ", denormals flushed" } else { "" }
+    };
+    let double = test.double.as_ref().map_or(String::new(), |a| format!(" | f64: {}", one(a)));
+    format!("f32: {}{double}", one(&test.single))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn device(index: usize, unusable: Option<&str>) -> DeviceSummary {
-        DeviceSummary {
+    fn device(index: usize, unusable: Option<&str>) -> Listed {
+        let device = DeviceSummary {
             index,
             default: index == 0,
             name: "llvmpipe".into(),
@@ -93,7 +139,17 @@ mod tests {
             timestamp_period: 1.0,
             float64: index != 1,
             unusable: unusable.map(Into::into),
-        }
+        };
+        Listed { device, arithmetic: None }
+    }
+
+    #[test]
+    fn arithmetic_that_cannot_be_trusted_says_why() {
+        let sound = Arithmetic { division_ulp: 0.5, sqrt_ulp: 0.5, ..Arithmetic::default() };
+        let fused = Arithmetic { contracted: 3, ..sound };
+        let text = numbers(Some(&SelfTest { single: fused, double: Some(sound) }));
+        assert!(text.starts_with("f32: not to be trusted: 3 of 4096 products were fused"), "{text}");
+        assert!(text.contains("| f64: exact where it must be"), "{text}");
     }
 
     #[test]
