@@ -18,8 +18,12 @@ UPDATES(counters)
 #include "trace.glsl"
 
 void main() {
-    // The last group's spare invocations do its last ray again: a return would put all loads under a mask.
-    uint i = min(item_index(), queue[0].count - 1u);
+    uint item = item_index();
+    bool mine = item < queue[0].count;
+    // The last group's spare invocations take its last ray, to the limit 0, and write and count nothing:
+    // a return would put all loads under a mask.
+    uint i = min(item, queue[0].count - 1u);
     TraceRay r = make_trace_ray(rays[i].origin, rays[i].direction, rays[i].skip);
-    hits[i] = closest_hit(r, FAR, false);
+    Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
+    if (mine) hits[i] = h;
 }

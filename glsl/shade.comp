@@ -69,7 +69,8 @@ Surface strike(uint i) {
     Material m = materials[s.material];
     real here = 1.0, beyond = 1.0;
     s.eta = 1.0;
-    if (media_capacity != 0u && m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)) {
+    // Not only where there are solids: a thin sheet reflects by its index in a scene without any.
+    if (m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)) {
         uint inside = medium(i, 0u);
         if (s.solid != 0u) {
             s.flags |= is_inside(i, s.solid) ? LEAVES : 0u;
@@ -84,14 +85,17 @@ Surface strike(uint i) {
             // Entering: of equal priority, the solid entered last is the medium.
             here = solid_iors[defect == DEFECT_ONE_MEDIUM && (s.flags & LEAVES) != 0u ? s.solid : inside];
             beyond = solid_iors[(s.flags & LEAVES) != 0u ? others : s.solid];
-            s.eta = here / beyond;
+            bool flipped = defect == DEFECT_FLIPPED_ETA && (s.flags & LEAVES) != 0u;
+            s.eta = flipped ? beyond / here : here / beyond;
         } else {
             here = solid_iors[inside];
             beyond = m.ior; // a thin sheet: reflects like its material, refracts nothing
         }
     }
-    s.share = float(reflection_share(m, here, beyond, s.cosine));
-    if (m.secondary > 0.0 && push.depth < push.last_depth) {
+    s.share = float(reflection_share(m, here, beyond, d, s.normal, s.cosine));
+    vec3 w = rays[i].throughput;
+    bool bailout = defect == DEFECT_BAILOUT && max(w.x, max(w.y, w.z)) < 1.0 / 255.0;
+    if (m.secondary > 0.0 && push.depth < push.last_depth && !bailout) {
         s.flags |= (s.share > 0.0 ? CHILD_REFLECTED : 0u) | (s.share < 1.0 ? CHILD_REFRACTED : 0u);
     }
     return s;

@@ -25,6 +25,16 @@ UPDATES(counters)
 #include "trace.glsl"
 #include "surface.glsl"
 
+// Largest t of an occluder: what is nearer to the light than a gap that can be resolved, twice the
+// spawn offset of a surface as large as the scene (8u + 48u in a frame of radius 1), is at the light.
+real before_light(real3 light, real3 segment) {
+    if (defect == DEFECT_SHADOW_BEYOND) return FAR;
+    if (defect == DEFECT_TO_THE_LIGHT) return 1.0;
+    real m = max_component(light);
+    real share = (64.0 * U) * (m > 1.0 ? m : real(1.0)) / max_component(segment);
+    return share < 0.5 ? 1.0 - share : real(0.5);
+}
+
 // Light through light `l`, if nothing is between: intensity * cos / distance^2. No branch around the
 // walk by brute force: loads outside control flow are cheaper (trace.glsl).
 vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
@@ -45,7 +55,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
     TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
-    if (use_bvh == 0u || faces) blocked = closest_hit(r, 1.0, true).primitive != NONE;
+    if (use_bvh == 0u || faces) blocked = closest_hit(r, before_light(lights[l].position, direction), true).primitive != NONE;
     shadow_rays += faces ? 1u : 0u;
     return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
@@ -53,7 +63,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
 void main() {
     uint item = item_index();
     bool mine = item < queue[0].count;
-    // The last group's spare invocations do its last ray again, and write nothing.
+    // The last group's spare invocations take its last ray, face no light, and write and count nothing.
     uint i = min(item, queue[0].count - 1u);
     bool first = push.light_begin == 0u, last = push.light_end == light_count;
     Surface s = surfaces[i];
@@ -61,8 +71,8 @@ void main() {
     Material m = materials[hit ? s.material : 0u];
     // Where another solid hides the surface, it has no colour of its own.
     float own = hit && (s.flags & PASSES) == 0u ? 1.0 - m.secondary : 0.0;
-    bool lit_at_all = own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
-    vec3 light = first ? vec3(m.ambient) : contributions[i];
+    bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
+    vec3 light = first ? vec3(0.0) : contributions[i];
     uint shadow_rays = 0u;
     if (use_bvh != 0u) {
         for (uint l = push.light_begin; l < push.light_end; l++) light += direct_light(s, lit_at_all, l, shadow_rays);
@@ -77,7 +87,7 @@ void main() {
         return;
     }
     vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
-    vec3 weighted = rays[i].throughput * (hit ? own * (m.diffuse * light) : background);
+    vec3 weighted = rays[i].throughput * (hit ? own * (m.diffuse * (m.ambient + light)) : background);
     if (branching != 0u) {
         contributions[i] = weighted;
     } else {

@@ -15,12 +15,10 @@ READS(queue)
 READS(next_queue)
 READS(surfaces)
 READS(offsets)
-READS(solid_priorities)
 WRITES(next_rays)
 WRITES(next_media)
 UPDATES(counters)
 #include "surface.glsl"
-#include "media.glsl"
 #include "fresnel.glsl"
 
 // A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics 2.5).
@@ -48,7 +46,7 @@ void change_media(uint from, uint to, uint solid, bool leaves) {
         if (n < media_capacity) {
             next_media[to * media_capacity + n++] = solid;
         } else {
-            atomicAdd(counters[COUNTER_MEDIA_OVERFLOW], 1u);
+            if (defect != DEFECT_SILENT_MEDIA) atomicAdd(counters[COUNTER_MEDIA_OVERFLOW], 1u);
         }
     }
     for (; n < media_capacity; n++) next_media[to * media_capacity + n] = 0u;
@@ -73,7 +71,7 @@ void main() {
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
-        real3 w = s.eta == 1.0 ? d : refracted(d, s.normal, s.eta, s.cosine);
+        real3 w = s.eta == 1.0 && defect != DEFECT_EQUAL_INDICES ? d : refracted(d, s.normal, s.eta, s.cosine);
         next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, (1.0 - s.share) * throughput, slot, skip);
         if (s.solid != 0u) {
             change_media(i, to, s.solid, (s.flags & LEAVES) != 0u);

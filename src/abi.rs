@@ -165,8 +165,8 @@ host {
         solid: uint,
         /// Position in the scene's own order; ties in t go to the smallest.
         id: uint,
-        /// Unused; keeps the size a multiple of 8.
-        pad: uint,
+        /// INNER_AB, INNER_CA: edges inside a polygon, where no other surface meets this one.
+        inner_edges: uint,
     }
 
     /// Shading normals at the corners, 36 bytes; present only in scenes with smooth meshes. `a` is
@@ -220,7 +220,7 @@ host {
 
     /// Two children of a binary BVH with their boxes, 56 bytes. Boxes are rounded outward and padded
     /// (numerics 8.4). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
-    /// first primitive, with SPHERE_BIT in the node's flags below.
+    /// first primitive; a leaf holds triangles or spheres, never both.
     struct Node {
         /// Least corner of the first child's box.
         lo_0: real3,
@@ -443,6 +443,10 @@ constants! {
     COUNTER_MEDIA_OVERFLOW = 4;
     /// Index into `counters`: a queue was too small; the submit's tile is void and is traced again in smaller batches.
     COUNTER_QUEUE_OVERFLOW = 5;
+    /// `TriangleInfo::inner_edges`: the edge from a to b.
+    INNER_AB = 1;
+    /// `TriangleInfo::inner_edges`: the edge from c to a.
+    INNER_CA = 2;
     /// Numbers per item of `self_test`.
     SELF_TEST_ROW = 11;
     /// Length of `counters`.
@@ -497,6 +501,26 @@ constants! {
     DEFECT_SHORT_STACK = 23;
     /// `defect`: Boxes of the hierarchy are not padded.
     DEFECT_HOST_TINY_BOX = 24;
+    /// `defect`: A ray's octant is that of its direction, in which -0 counts as positive, its reciprocal that of the sign bit.
+    DEFECT_OCTANT = 25;
+    /// See [`crate::defect::Defect::EqualIndices`].
+    DEFECT_EQUAL_INDICES = 50;
+    /// See [`crate::defect::Defect::FlippedEta`].
+    DEFECT_FLIPPED_ETA = 51;
+    /// See [`crate::defect::Defect::Bailout`].
+    DEFECT_BAILOUT = 52;
+    /// See [`crate::defect::Defect::SilentMedia`].
+    DEFECT_SILENT_MEDIA = 53;
+    /// See [`crate::defect::Defect::ShadowBeyond`].
+    DEFECT_SHADOW_BEYOND = 54;
+    /// See [`crate::defect::Defect::CosineForm`].
+    DEFECT_COSINE_FORM = 55;
+    /// `defect`: Secondary rays start 0.1 along their way.
+    DEFECT_FIXED_ORIGIN = 60;
+    /// `defect`: Hits on an edge are left there.
+    DEFECT_NO_INSET = 61;
+    /// `defect`: Shadow rays reach the light itself.
+    DEFECT_TO_THE_LIGHT = 62;
 }
 
 macro_rules! specialisation {

@@ -330,6 +330,44 @@ mod tests {
         build(&cluster).validate(&cluster).unwrap();
     }
 
+    /// Boxes that defeat heuristics: flat, equal, denormal, huge, nested, in geometric progressions of
+    /// either kind, and all of them together.
+    #[test]
+    fn odd_boxes_stay_within_the_stack() {
+        let item = |lo: DVec3, size: DVec3, i: usize| Item {
+            bounds: Bounds { lo, hi: lo + size },
+            is_sphere: i.is_multiple_of(3),
+        };
+        let row = |n: usize, f: &dyn Fn(usize) -> (DVec3, DVec3)| -> Vec<Item> {
+            (0..n)
+                .map(|i| {
+                    let (lo, size) = f(i);
+                    item(lo, size, i)
+                })
+                .collect()
+        };
+        let power = |i: usize| 2f64.powi(-(i as i32 % 1000));
+        let sets: Vec<Vec<Item>> = vec![
+            row(1000, &|i| (DVec3::X * power(i), DVec3::ZERO)),
+            row(1000, &|i| (DVec3::splat(-power(i)), DVec3::splat(2.0 * power(i)))),
+            row(700, &|i| (DVec3::splat(5.693442e-39 * (i % 7) as f64), DVec3::X * 5.693442e-39)),
+            row(500, &|i| (DVec3::Y * 1e38 * (i % 2) as f64, DVec3::Z * 1e37)),
+            row(4096, &|i| {
+                (DVec3::new((i % 16) as f64, (i / 16 % 16) as f64, (i / 256) as f64), DVec3::ZERO)
+            }),
+            // One far from a great many at one place.
+            row(50_000, &|i| (DVec3::X * if i == 0 { 1e30 } else { 0.0 }, DVec3::ZERO)),
+            // Two places a denormal apart.
+            row(333, &|i| (DVec3::X * if i % 2 == 0 { 0.0 } else { f64::from_bits(1) }, DVec3::ZERO)),
+        ];
+        let all: Vec<Item> = sets.concat();
+        for items in sets.iter().chain([&all]) {
+            let built = build(items);
+            built.validate(items).unwrap();
+            assert!(built.depth < STACK_SIZE as usize, "{}", built.depth);
+        }
+    }
+
     #[test]
     fn validate_catches_defects() {
         let items = boxes(300, 100, 1.0);

@@ -65,4 +65,25 @@ defects! {
     ShortStack = DEFECT_SHORT_STACK;
     /// Boxes of the hierarchy are not padded.
     TightBoxes = DEFECT_HOST_TINY_BOX;
+    /// A ray's octant is that of its direction, in which -0 counts as positive, its reciprocal that of
+    /// the sign bit.
+    Octant = DEFECT_OCTANT;
+    /// A surface between equal indices of refraction is treated as any other.
+    EqualIndices = DEFECT_EQUAL_INDICES;
+    /// The ratio of indices is not turned round where a ray leaves a solid.
+    FlippedEta = DEFECT_FLIPPED_ETA;
+    /// Rays that weigh less than 1/255 are dropped.
+    Bailout = DEFECT_BAILOUT;
+    /// A ray in more solids than its list holds is not counted.
+    SilentMedia = DEFECT_SILENT_MEDIA;
+    /// A shadow ray is stopped by what lies behind the light.
+    ShadowBeyond = DEFECT_SHADOW_BEYOND;
+    /// The squared cosine of refraction is 1 - eta^2 (1 - c^2), as in GLSL's refract.
+    CosineForm = DEFECT_COSINE_FORM;
+    /// Secondary rays start 0.1 of the user's units along their way and may hit what they left.
+    FixedOrigin = DEFECT_FIXED_ORIGIN;
+    /// Hits on an edge are left there.
+    NoInset = DEFECT_NO_INSET;
+    /// Shadow rays reach the light itself.
+    ToTheLight = DEFECT_TO_THE_LIGHT;
 }

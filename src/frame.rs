@@ -109,7 +109,12 @@ impl LocalFrame {
         let mut kept = spheres.len();
         while kept > 0 {
             let rest = if kept > 1 { up_to[kept - 2] } else { flat };
-            if spheres[kept - 1].0 <= HUGE * half(&rest.with(scene.camera.look_from)).length() {
+            // Huge beside the rest, and beside its distance from the eye: from afar even a planet is a
+            // ball.
+            let (radius, b) = spheres[kept - 1];
+            let eye = scene.camera.look_from;
+            let height = (eye.distance(b.lo * 0.5 + b.hi * 0.5) - radius).abs();
+            if radius <= HUGE * half(&rest.with(eye)).length().max(height) {
                 break;
             }
             kept -= 1;

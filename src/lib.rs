@@ -18,6 +18,7 @@ pub mod generate;
 pub mod frame;
 pub mod inside;
 pub mod bvh;
+pub mod coincident;
 pub mod pack;
 pub mod defect;
 pub mod settings;

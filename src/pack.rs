@@ -51,6 +51,8 @@ pub struct Packed {
     pub media_capacity: u32,
     /// Solids the eye is in, outermost first, padded with 0 to `media_capacity`.
     pub eye_media: Vec<u32>,
+    /// Solids the eye is in beyond those.
+    pub eye_media_dropped: u64,
     /// Some surface mirrors.
     pub mirror: bool,
     /// Some hit spawns two rays.
@@ -73,6 +75,7 @@ struct FlatTriangle {
     smooth: Option<[DVec3; 3]>,
     material: usize,
     solid: u32,
+    inner_edges: u32,
 }
 
 /// Packs `scene` for kernels of a precision. `brute_force` overrides the choice between brute force
@@ -115,7 +118,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
             material: t.material as u32,
             solid: t.solid,
             id: id as u32,
-            pad: 0,
+            inner_edges: t.inner_edges,
         });
         if any_smooth {
             let [a, b, c] = t.smooth.map_or([[0.0; 3]; 3], |n| n.map(|n| n.to_array()));
@@ -177,6 +180,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let pick = |i: &u32| *i as usize;
     let pick_sphere = |i: &u32| *i as usize - count;
     let (media_capacity, mut eye_media) = media(&solids);
+    let eye_in = solids.iter().filter(|s| s.contains_eye).count();
     if planted(Defect::EyeInAir) {
         eye_media.fill(0);
     }
@@ -201,6 +205,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
         eye_media,
+        eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
         mirror: used.iter().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0)),
         branching: used.iter().any(|m| branches(m)),
         degenerate_triangles,
@@ -209,7 +214,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
 
 /// Radii that single numbers serve: outside, a ratio of distance to radius above 2^15 leaves f32 no
 /// silhouette (numerics 2.2: f32 holds to 1e5), and a surface too far from its centre no position.
-const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
+pub(crate) const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
 
 /// Materials that some surface has.
 fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {
@@ -222,9 +227,22 @@ fn used_materials(scene: &Scene) -> Vec<&crate::scene::Material> {
 
 /// A number as a sum of two, each rounded as the kernels round.
 fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSphere {
-    // The surface point nearest the origin; for a centre at the origin, any.
+    // The surface point nearest the origin; for a centre at the origin, any. Its distance is the
+    // difference of two numbers that may be near equal, a planet's radius and its centre's distance,
+    // so it comes from the difference of their squares, error-free (Dekker's product by fma).
     let normal = normalized(-center).unwrap_or(DVec3::Y);
-    let point = center + radius * normal;
+    let scale = 2f64.powi(radius.max(center.abs().max_element()).log2().floor() as i32);
+    let (r, c) = (radius / scale, center / scale);
+    let products =
+        [(r, r), (-c.x, c.x), (-c.y, c.y), (-c.z, c.z)].map(|(x, y)| (x * y, x.mul_add(y, -(x * y))));
+    let (mut sum, mut error) = (0.0, 0.0);
+    for (p, e) in products {
+        let s: f64 = sum + p;
+        let b = s - sum;
+        error += (sum - (s - b)) + (p - b) + e;
+        sum = s;
+    }
+    let point = normal * (scale * ((sum + error) / (r + c.length())));
     let split = |v: DVec3| {
         let high = round.point(v);
         (high.to_array(), round.point(v - high).to_array())
@@ -286,6 +304,8 @@ fn flatten(scene: &Scene, frame: &LocalFrame, eye: DVec3, solids: &mut Vec<Solid
                 smooth: None,
                 material: p.material,
                 solid: 0,
+                inner_edges: if i > 1 { abi::INNER_AB } else { 0 }
+                    | if i + 2 < corners.len() { abi::INNER_CA } else { 0 },
             });
         }
     }
@@ -309,6 +329,7 @@ fn flatten(scene: &Scene, frame: &LocalFrame, eye: DVec3, solids: &mut Vec<Solid
                 smooth: face.normals.map(|n| n.map(|n| mesh.normals[n as usize])),
                 material: face.material,
                 solid: if scene.materials[face.material].refracts() { solid } else { 0 },
+                inner_edges: 0,
             });
         }
     }

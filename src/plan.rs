@@ -124,8 +124,13 @@ impl Plan {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
         }
         plan.batch_samples = (plan.capacity / room / plan.tile_pixels).clamp(1, settings.samples);
+        // `resolve` walks a pixel's samples of the batch in one loop.
+        plan.batch_samples = plan.batch_samples.min(abi::LOOP_CAP);
         if let Some(samples) = settings.schedule.batch_samples {
             plan.batch_samples = plan.batch_samples.min(samples.max(1));
+        }
+        if let Some(capacity) = settings.schedule.capacity {
+            plan.capacity = plan.capacity.min(capacity.max(plan.tile_pixels * plan.batch_samples));
         }
         Ok(plan)
     }

@@ -1,11 +1,12 @@
 //! Rays of one's own choice through the kernels of one depth: what they hit, how the surface looks
 //! to them, and which rays they spawn. For measuring kernels apart from pictures.
 
-use crate::abi::{self, Buf, GpuStruct, Queue};
+use crate::abi::{self, Buf, GpuStruct, Queue, Specialisation};
+use crate::cpu::twin::single::Memory;
 use crate::kernels::Kernel;
 use crate::pack::{Packed, pack};
-use crate::passes::PER_DEPTH;
-use crate::plan::{Plan, element_bytes};
+use crate::passes::{PER_DEPTH, Pass};
+use crate::plan::{Limits, Plan, element_bytes};
 use crate::render::{Frame, RenderError, Renderer};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -166,27 +167,94 @@ impl Ids {
     }
 }
 
-impl Renderer {
-    /// Traces `rays` against `scene` and spawns their children.
-    pub fn probe(
-        &mut self,
+/// Where the kernels of one depth run: on a device, or as twins.
+trait Bank {
+    fn write(&mut self, buffer: Buf, bytes: &[u8]) -> Result<(), RenderError>;
+    fn run(&mut self, push: abi::Push) -> Result<(), RenderError>;
+    fn read(&mut self, buffer: Buf) -> Result<Vec<u8>, RenderError>;
+}
+
+/// The kernels of a probe, in order.
+fn stages() -> impl Iterator<Item = &'static Pass> {
+    let wanted =
+        |p: &&Pass| matches!(p.kernel, Kernel::Intersect | Kernel::Shade | Kernel::Scan | Kernel::Spawn);
+    PER_DEPTH.iter().filter(wanted)
+}
+
+struct OnDevice<'a>(Frame<'a>);
+
+impl Bank for OnDevice<'_> {
+    fn write(&mut self, buffer: Buf, bytes: &[u8]) -> Result<(), RenderError> {
+        Ok(self.0.recorder.upload(&mut self.0.buffers, buffer, bytes)?)
+    }
+
+    fn run(&mut self, push: abi::Push) -> Result<(), RenderError> {
+        let frame = &mut self.0;
+        frame.recorder.begin()?;
+        frame.recorder.fill(&frame.buffers, Buf::Counters, 0);
+        frame.recorder.fill(&frame.buffers, Buf::DepthCounts, 0);
+        for pass in stages() {
+            let d = Dispatch { pass, depth: 1, push, items: 0 };
+            frame.recorder.dispatch(&frame.pipelines, &frame.buffers, &d);
+        }
+        frame.recorder.submit(&frame.buffers)?;
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: Buf) -> Result<Vec<u8>, RenderError> {
+        Ok(self.0.recorder.read(&mut self.0.buffers, buffer)?)
+    }
+}
+
+/// The twins of single precision; those of double precision have padding, and no bytes to show.
+struct OnTwins(Memory, Specialisation);
+
+impl Bank for OnTwins {
+    fn write(&mut self, buffer: Buf, bytes: &[u8]) -> Result<(), RenderError> {
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(bytes);
+        self.0.words_mut(buffer)[..words.len()].copy_from_slice(&words);
+        Ok(())
+    }
+
+    fn run(&mut self, push: abi::Push) -> Result<(), RenderError> {
+        self.0.words_mut(Buf::Counters).fill(0);
+        self.0.words_mut(Buf::DepthCounts).fill(0);
+        stages().for_each(|pass| self.0.run(pass.kernel, &self.1, &push));
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: Buf) -> Result<Vec<u8>, RenderError> {
+        Ok(self.0.bytes(buffer).to_vec())
+    }
+}
+
+/// A scene packed and planned for probing so many rays at once.
+struct Prepared {
+    settings: Settings,
+    packed: Packed,
+    plan: Plan,
+}
+
+impl Prepared {
+    fn new(
         scene: &Scene,
         settings: &Settings,
-        rays: &[ProbeRay],
-    ) -> Result<Probed, RenderError> {
-        self.check_precision(settings)?;
-        let size = rays.len().clamp(1, BATCH) as u32;
-        let settings =
-            Settings { width: size, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
-        let packed = pack(scene, &settings, self.brute_force());
-        let plan = Plan::new(&packed, &settings, &self.device().limits())?;
-        let (pipelines, _) = self.pipelines(&plan.specialisation, settings.precision)?;
-        let device = std::rc::Rc::clone(self.device());
-        let mut frame = Frame::new(&device, pipelines, &packed, scene, &settings, &plan)?;
-        let ids = Ids::of(&packed);
+        rays: usize,
+        brute_force: Option<bool>,
+        limits: &Limits,
+    ) -> Result<Prepared, RenderError> {
+        let width = rays.clamp(1, BATCH) as u32;
+        let settings = Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
+        let packed = pack(scene, &settings, brute_force);
+        let plan = Plan::new(&packed, &settings, limits)?;
+        Ok(Prepared { settings, packed, plan })
+    }
+
+    fn trace(&self, bank: &mut dyn Bank, rays: &[ProbeRay]) -> Result<Probed, RenderError> {
+        let ids = Ids::of(&self.packed);
         let mut all = Probed { hits: Vec::new(), children: Vec::new(), counters: Default::default() };
-        for part in rays.chunks(plan.capacity.min(size) as usize) {
-            let batch = batch(&mut frame, &packed, &ids, &settings, &plan, part)?;
+        for part in rays.chunks(self.plan.capacity.min(self.settings.width) as usize) {
+            let batch = batch(bank, &self.packed, &ids, &self.settings, &self.plan, part)?;
             let base = all.hits.len();
             all.hits.extend(batch.hits);
             all.children
@@ -197,8 +265,41 @@ impl Renderer {
     }
 }
 
+/// Traces `rays` with the single-precision twins of the kernels.
+pub fn probe_twins(
+    scene: &Scene,
+    settings: &Settings,
+    rays: &[ProbeRay],
+    brute_force: Option<bool>,
+    limits: &Limits,
+) -> Result<Probed, RenderError> {
+    if settings.precision == Precision::Double {
+        return Err(RenderError::Failed("the twins' rays can be read in single precision only".into()));
+    }
+    let p = Prepared::new(scene, settings, rays.len(), brute_force, limits)?;
+    let memory = Memory::new(&p.plan.buffer_bytes, &p.packed, &p.packed.camera(scene, &p.settings));
+    p.trace(&mut OnTwins(memory, p.plan.specialisation), rays)
+}
+
+impl Renderer {
+    /// Traces `rays` against `scene` and spawns their children.
+    pub fn probe(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        rays: &[ProbeRay],
+    ) -> Result<Probed, RenderError> {
+        self.check_precision(settings)?;
+        let p = Prepared::new(scene, settings, rays.len(), self.brute_force(), &self.device().limits())?;
+        let (pipelines, _) = self.pipelines(&p.plan.specialisation, settings.precision)?;
+        let device = std::rc::Rc::clone(self.device());
+        let frame = Frame::new(&device, pipelines, &p.packed, scene, &p.settings, &p.plan)?;
+        p.trace(&mut OnDevice(frame), rays)
+    }
+}
+
 fn batch(
-    frame: &mut Frame<'_>,
+    bank: &mut dyn Bank,
     packed: &Packed,
     ids: &Ids,
     settings: &Settings,
@@ -226,22 +327,17 @@ fn batch(
     let groups = (rays.len() as u32).div_ceil(plan.specialisation.workgroup);
     let queue =
         Queue { groups_x: groups, groups_y: 1, groups_z: 1, count: rays.len() as u32, reflections: 0 };
-    frame.recorder.upload(&mut frame.buffers, Buf::Rays, &bytes)?;
-    frame.recorder.upload(&mut frame.buffers, Buf::Media, bytemuck::cast_slice(&media))?;
-    frame.recorder.upload(&mut frame.buffers, Buf::Queue, bytemuck::bytes_of(&queue))?;
-    frame.recorder.begin()?;
-    frame.recorder.fill(&frame.buffers, Buf::Counters, 0);
-    frame.recorder.fill(&frame.buffers, Buf::DepthCounts, 0);
-    let push =
-        abi::Push { depth: 1, last_depth: 2, capacity: plan.capacity, samples: 1, ..Default::default() };
-    for pass in PER_DEPTH {
-        if matches!(pass.kernel, Kernel::Intersect | Kernel::Shade | Kernel::Scan | Kernel::Spawn) {
-            let d = Dispatch { pass, depth: 1, push, items: 0 };
-            frame.recorder.dispatch(&frame.pipelines, &frame.buffers, &d);
-        }
-    }
-    frame.recorder.submit(&frame.buffers)?;
-    let mut read = |buffer| frame.recorder.read(&mut frame.buffers, buffer);
+    bank.write(Buf::Rays, &bytes)?;
+    bank.write(Buf::Media, bytemuck::cast_slice(&media))?;
+    bank.write(Buf::Queue, bytemuck::bytes_of(&queue))?;
+    bank.run(abi::Push {
+        depth: 1,
+        last_depth: 2,
+        capacity: plan.capacity,
+        samples: 1,
+        ..Default::default()
+    })?;
+    let mut read = |buffer| bank.read(buffer);
     let (hits, surfaces) = (read(Buf::Hits)?, read(Buf::Surfaces)?);
     let (queue, next, next_media) = (read(Buf::NextQueue)?, read(Buf::NextRays)?, read(Buf::NextMedia)?);
     let counters = read(Buf::Counters)?;

@@ -138,4 +138,7 @@ pub struct Schedule {
     pub batch_samples: Option<u32>,
     /// Invocations per workgroup: 32, 64, 128 or 256.
     pub workgroup: Option<u32>,
+    /// Rays that fit a queue, at most (never fewer than a batch starts with). A queue that turns out
+    /// too small costs time, not light: the tile is traced again in smaller batches.
+    pub capacity: Option<u32>,
 }

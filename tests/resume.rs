@@ -25,7 +25,7 @@ fn scene(name: &str) -> Scene {
 
 /// A small image in tiles of `tile_pixels`.
 fn settings(scene: &Scene, tile_pixels: u32) -> Settings {
-    let schedule = Schedule { tile_pixels: Some(tile_pixels), batch_samples: Some(2), workgroup: None };
+    let schedule = Schedule { tile_pixels: Some(tile_pixels), batch_samples: Some(2), ..Schedule::default() };
     Settings { width: 30, height: 20, samples: 6, seed: 5, schedule, ..Settings::of(scene) }
 }
 

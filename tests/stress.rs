@@ -3,18 +3,16 @@
 
 use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Precision};
-use whitted::stress::{Harness, cases};
+use whitted::stress::{Harness, Tracer, Twins, cases};
 
 fn renderer() -> Renderer {
     Renderer::new(&DeviceChoice::Cpu, false).expect("a Vulkan device")
 }
 
-#[test]
-fn every_case_passes_on_the_device() {
-    let mut renderer = renderer();
+fn all_pass(tracer: &mut dyn Tracer, precision: Precision) {
     let mut failed = Vec::new();
     for case in cases() {
-        let figure = (case.run)(&mut Harness::new(&mut renderer, Precision::Robust, None)).expect(case.name);
+        let figure = (case.run)(&mut Harness::new(tracer, precision, None)).expect(case.name);
         if !figure.passes() {
             failed.push(format!("{}: {} > {} {}", case.name, figure.value, figure.bound, figure.unit));
         }
@@ -23,16 +21,18 @@ fn every_case_passes_on_the_device() {
 }
 
 #[test]
+fn every_case_passes_on_the_device() {
+    all_pass(&mut renderer(), Precision::Robust);
+}
+
+#[test]
 fn every_case_passes_in_double_precision() {
-    let mut renderer = renderer();
-    let mut failed = Vec::new();
-    for case in cases() {
-        let figure = (case.run)(&mut Harness::new(&mut renderer, Precision::Double, None)).expect(case.name);
-        if !figure.passes() {
-            failed.push(format!("{}: {} > {} {}", case.name, figure.value, figure.bound, figure.unit));
-        }
-    }
-    assert!(failed.is_empty(), "{}", failed.join("\n"));
+    all_pass(&mut renderer(), Precision::Double);
+}
+
+#[test]
+fn every_case_passes_on_the_twins() {
+    all_pass(&mut Twins::default(), Precision::Robust);
 }
 
 /// A case that cannot fail proves nothing. An error counts as failing: it is no silent pass.

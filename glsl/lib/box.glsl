@@ -5,16 +5,22 @@ const real SLAB_GROW = defect == DEFECT_NARROW_SLAB ? real(1.0) : 1.0 + 16.0 * U
 // Boxes are in f32 at both precisions; what is compared with them carries f32's pad.
 const float PAD = defect == DEFECT_HOST_TINY_BOX ? 0.0 : 1.9073486328125e-6; // 2^-19: Woop's own enlargement is at most 20u, 32u covers it
 
-// 1/d with |d| >= 2^-60, sign kept, so that no product is NaN; the padding of the boxes keeps a ray
+// 1/d with |d| >= 2^-80, sign kept, so that no product is NaN; the padding of the boxes keeps a ray
 // that lies in a face inside (numerics 2.4).
 real safe_reciprocal(real d) {
     if (defect == DEFECT_NARROW_SLAB) return 1.0 / d;
     real m = abs(d);
-    m = m > 8.6736173798840355e-19 ? m : real(8.6736173798840355e-19); // 2^-60
+    m = m > 8.271806125530277e-25 ? m : real(8.271806125530277e-25); // 2^-80
     return 1.0 / (is_negative(d) ? -m : m);
 }
 real3 safe_reciprocal(real3 d) {
     return real3(safe_reciprocal(d.x), safe_reciprocal(d.y), safe_reciprocal(d.z));
+}
+
+// True if the ray crosses an axis upward. The planted defect takes a component of -0, whose reciprocal
+// is -2^80, for +0.
+bool is_upward(real inv) {
+    return inv >= 0.0 || (defect == DEFECT_OCTANT && inv <= -1.208925819614629174706176e24);
 }
 
 // Where the ray is within the box: [near, far], near >= 0. Empty if near > far.
@@ -22,10 +28,10 @@ void box_interval(real3 lo, real3 hi, real3 o, real3 inv, out real near, out rea
     real x0 = (lo.x - o.x) * inv.x, x1 = (hi.x - o.x) * inv.x;
     real y0 = (lo.y - o.y) * inv.y, y1 = (hi.y - o.y) * inv.y;
     real z0 = (lo.z - o.z) * inv.z, z1 = (hi.z - o.z) * inv.z;
-    near = inv.x >= 0.0 ? x0 : x1;
-    far = inv.x >= 0.0 ? x1 : x0;
-    real yn = inv.y >= 0.0 ? y0 : y1, yf = inv.y >= 0.0 ? y1 : y0;
-    real zn = inv.z >= 0.0 ? z0 : z1, zf = inv.z >= 0.0 ? z1 : z0;
+    near = is_upward(inv.x) ? x0 : x1;
+    far = is_upward(inv.x) ? x1 : x0;
+    real yn = is_upward(inv.y) ? y0 : y1, yf = is_upward(inv.y) ? y1 : y0;
+    real zn = is_upward(inv.z) ? z0 : z1, zf = is_upward(inv.z) ? z1 : z0;
     near = yn > near ? yn : near;
     near = zn > near ? zn : near;
     far = yf < far ? yf : far;

@@ -9,15 +9,25 @@ real nearest_root(real t0, real t1) {
     return near > 0.0 || defect == DEFECT_SMALLER_ROOT ? near : far;
 }
 
-// True if the ray meets the sphere at 0 < t; sets the nearest such t. `own`: the ray starts on this
-// sphere, where one root is 0 by definition and the other is the chord 2b/a (numerics, finding 6).
+// A ray that starts on the sphere: one root is 0 by definition and the other is the chord 2b/a
+// (numerics, finding 6). The origin is off by up to 6u (|o| + r) in each component, position and spawn
+// offset together, so within 18u (|o| + r) |d| the sign of b is noise; the side that the offset moved
+// the origin to decides then.
+const int OUTWARD = 0, INWARD = 1, GRAZING = 2;
+int own_course(real b, real3 o, real3 d, real radius) {
+    real noise = (32.0 * U) * (max_component(o) + radius) * max_component(d);
+    return b > noise ? INWARD : (b < -noise ? OUTWARD : GRAZING);
+}
+
+// True if the ray meets the sphere at 0 < t; sets the nearest such t. `own`: it starts on this sphere.
 bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     real3 f = o - s.center;
     real a = dot3(d, d);
     real b = -dot3(f, d);
-    if (own && defect != DEFECT_SMALLER_ROOT) {
+    int course = own && defect != DEFECT_SMALLER_ROOT ? own_course(b, o, d, s.radius) : GRAZING;
+    if (course != GRAZING) {
         t = 2.0 * b / a;
-        return b > 0.0;
+        return course == INWARD;
     }
     if (defect == DEFECT_NAIVE_QUADRATIC) {
         real disc = b * b - a * (dot3(f, f) - s.radius * s.radius);
@@ -32,6 +42,7 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     // |f|^2 - r^2 as a product: the squares of two near-equal lengths would cancel.
     real length_f = sqrt(dot3(f, f));
     real c = (length_f - s.radius) * (length_f + s.radius);
+    if (own && defect != DEFECT_SMALLER_ROOT && !(c < 0.0)) return false; // grazes from outside
     t = nearest_root(c / q, q / a);
     // q == 0: tangent at the origin itself; no contact ahead.
     return discriminant >= 0.0 && q != 0.0 && t > 0.0;
@@ -47,12 +58,14 @@ bool hit_wide_sphere(WideSphere s, real3 o, real3 d, bool own, out real t) {
     Wide3 dir = wide3(d, real3(0.0));
     Wide a = wide_dot(dir, dir);
     Wide b = wide_negative(wide_dot(f, dir));
-    if (own) {
+    int course = own ? own_course(b.hi, o, d, s.radius < 1.0 ? s.radius : real(1.0)) : GRAZING;
+    if (course != GRAZING) {
         t = 2.0 * b.hi / a.hi;
-        return b.hi > 0.0;
+        return course == INWARD;
     }
     Wide height = wide_mul(r, wide_dot(n, to));
     Wide c = wide_add(wide_dot(to, to), Wide(2.0 * height.hi, 2.0 * height.lo));
+    if (own && !(c.hi < 0.0)) return false; // grazes from outside
     Wide discriminant; // times a
     if (s.radius > 1.0) {
         // Seen from near its surface, c is small and sharp.

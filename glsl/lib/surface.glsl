@@ -9,16 +9,45 @@ struct Point {
     real3 offset;    // along `geometric`
 };
 
+// Share of a triangle's height that `by` is, for the height over `base`; at most an eighth, so that
+// three of them leave room. Tiny triangles, whose area underflows, get the eighth.
+real inset_share(real by, real3 base, real area) {
+    real share = by * sqrt(dot3(base, base)) / area;
+    return share < 0.125 ? share : real(0.125);
+}
+
+// Weights that keep a hit off the triangle's edges by what its position is uncertain by and its spawn
+// offset: rounding would else put it beyond the wall that meets the triangle there, and its rays with
+// it. Four times the offset serves walls that meet at atan(1/4) = 14 degrees or more. An edge inside a
+// polygon has no wall.
+void inset(real3 e1, real3 e2, real by, uint inner_edges, inout real u, inout real v) {
+    if (defect == DEFECT_NO_INSET) return;
+    real3 n = cross3(e1, e2);
+    real area = sqrt(dot3(n, n));
+    real least_u = (inner_edges & INNER_CA) != 0u ? real(0.0) : inset_share(by, e2, area);
+    real least_v = (inner_edges & INNER_AB) != 0u ? real(0.0) : inset_share(by, e1, area);
+    real least_w = inset_share(by, e2 - e1, area);
+    u = u > least_u ? u : least_u;
+    v = v > least_v ? v : least_v;
+    real lack = least_w - (1.0 - u - v);
+    if (lack > 0.0) {
+        if (u > v) u -= lack;
+        else v -= lack;
+    }
+}
+
 Point triangle_point(Triangle t, TriangleInfo info, real u, real v) {
     real3 e1 = t.b - t.a, e2 = t.c - t.a;
     Point p;
-    p.position = t.a + (u * e1 + v * e2);
     p.geometric = info.geometric;
     p.normal = info.normal;
-    real m1 = max_component(e1), m2 = max_component(e2);
-    // The third edge is at most the sum of the other two.
-    real extent = 2.0 * (m1 > m2 ? m1 : m2);
+    real m1 = max_component(e1), m2 = max_component(e2), m3 = max_component(e2 - e1);
+    real extent = m1 > m2 ? m1 : m2;
+    extent = m3 > extent ? m3 : extent;
     real3 n = abs(info.geometric), a = abs(t.a);
+    // The offset's bound along any direction, four times.
+    if (robust != 0u) inset(e1, e2, (16.0 * U) * ((a.x + a.y) + a.z) + (96.0 * U) * extent, info.inner_edges, u, v);
+    p.position = t.a + (u * e1 + v * e2);
     real length_ = (4.0 * U) * dot3(n, a) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
     p.offset = length_ * info.geometric;
     return p;
@@ -55,7 +84,9 @@ Point sphere_point(Sphere s, real3 o, real3 d, real t) {
     p.geometric = safe_normalize((o - s.center) + t * d);
     p.normal = p.geometric;
     p.position = s.center + s.radius * p.geometric;
-    p.offset = (8.0 * U) * (dot3(abs(p.geometric), abs(s.center)) + s.radius) * p.geometric;
+    // The position is off by 6u r + u n.|c|, adding the offset rounds as much again, and
+    // |o - c| rounds to 5u r: 16u leaves the origin's side in no doubt (own_course).
+    p.offset = (16.0 * U) * (dot3(abs(p.geometric), abs(s.center)) + s.radius) * p.geometric;
     return p;
 }
 

@@ -27,6 +27,19 @@ uint primitive_id(uint primitive) {
                                       : sphere_infos[primitive - triangle_count].id;
 }
 
+// True if a hit near a triangle's plane is an artefact: t is off by some 40u over the triangle's
+// height (slivers), so that a ray which leaves a surface may seem to meet a neighbour in its plane.
+// The origin's side of the plane is what the spawn offset keeps clear of doubt. Where rounding could
+// have made either sign (4u a component), the hit stands: meshes stay closed.
+bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
+    real3 e1 = t.b - t.a, e2 = t.c - t.a, to = t.a - r.origin;
+    real m1 = max_component(e1), m2 = max_component(e2);
+    if (distance * max_component(r.direction) > (m1 > m2 ? m1 : m2)) return false;
+    real height = dot3(normal, to), along = dot3(normal, r.direction);
+    real unsure = (8.0 * U) * max_component(to), parallel = (8.0 * U) * max_component(r.direction);
+    return (height < -unsure && along > parallel) || (height > unsure && along < -parallel);
+}
+
 // Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
 // confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
 // then, and the hierarchy finds what brute force finds, bit for bit (numerics 2.4).
@@ -50,6 +63,8 @@ void test_triangle(uint primitive, TraceRay r, inout Hit best) {
     Hit h;
     h.primitive = primitive;
     if (hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v) && primitive != skip) {
+        // Only a ray that leaves a surface starts in doubt about a plane.
+        if (robust != 0u && r.skip != NONE && recedes(t, triangle_infos[primitive].geometric, r, h.t)) return;
         real3 lo, hi;
         triangle_box(t, lo, hi);
         take_hit(h, lo, hi, r, best);
@@ -145,7 +160,7 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
     bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
-    if (!finite) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
+    if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Hit best = Hit(finite || defect == DEFECT_NAN_ACCEPTED ? limit : real(0.0), 0.0, 0.0, NONE);
     if (use_bvh != 0u) {

@@ -108,6 +108,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
         batch_samples: args.schedule.batch_samples,
         // clap lets through only 32, 64, 128 and 256.
         workgroup: args.schedule.workgroup.as_deref().and_then(|n| n.parse().ok()),
+        capacity: None,
     };
     Ok(settings)
 }

@@ -1,3 +1,4 @@
-//! The same light on the CPU: the oracle.
+//! The same light on the CPU: the kernels' twins, and the oracle that judges both.
 
 pub mod oracle;
+pub mod twin;

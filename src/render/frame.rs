@@ -18,6 +18,24 @@ use std::rc::Rc;
 /// device for hung, and often enough for a progress bar.
 const SUBMIT_SECONDS: f64 = 0.25;
 
+/// What poisoned buffers hold.
+const QUIET_NAN: u32 = 0x7fc0_0000;
+/// Buffers whose contents do not outlive a submit.
+const TRANSIENT: &[Buf] = &[
+    Buf::Rays,
+    Buf::NextRays,
+    Buf::Media,
+    Buf::NextMedia,
+    Buf::Queue,
+    Buf::NextQueue,
+    Buf::Hits,
+    Buf::Surfaces,
+    Buf::Totals,
+    Buf::Offsets,
+    Buf::Contributions,
+    Buf::Slots,
+];
+
 /// What of the image is there: whole tiles, and the tile that was cut short.
 pub(super) struct Drawn {
     /// The region's pixels, linear.
@@ -81,6 +99,8 @@ pub(crate) struct Frame<'a> {
     batch_samples: u32,
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
+    /// Fill what the kernels write with NaN before each submit.
+    pub(super) poison: bool,
 }
 
 impl<'a> Frame<'a> {
@@ -109,6 +129,7 @@ impl<'a> Frame<'a> {
             lights: packed.lights.len() as u32,
             batch_samples: plan.batch_samples,
             rate: 0.0,
+            poison: false,
         })
     }
 
@@ -189,6 +210,11 @@ impl<'a> Frame<'a> {
         let mut first = 0;
         while first < self.settings.samples {
             self.recorder.begin()?;
+            if self.poison {
+                for buffer in TRANSIENT {
+                    self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
+                }
+            }
             if first == 0 {
                 self.recorder.fill(&self.buffers, Buf::Film, 0);
             }
@@ -346,7 +372,7 @@ enum TileEnd {
 }
 
 /// Mean of `samples` samples; both parts of the sum in f64, rounded once.
-fn mean(film: &Film, samples: u32) -> [f32; 3] {
+pub(crate) fn mean(film: &Film, samples: u32) -> [f32; 3] {
     std::array::from_fn(|c| {
         ((f64::from(film.sum[c]) + f64::from(film.compensation[c])) / f64::from(samples.max(1))) as f32
     })

@@ -5,9 +5,12 @@ mod tally;
 mod tile;
 mod unfinished;
 
+pub(crate) use frame::mean;
+pub(crate) use tile::{Tile, tiles};
 pub use unfinished::{Mismatch, Unfinished};
 
 use crate::abi::Specialisation;
+use crate::coincident;
 use crate::kernels::Kernel;
 use crate::pack::pack;
 use crate::plan::{Plan, PlanError};
@@ -105,6 +108,7 @@ pub struct Renderer {
     opened: Duration,
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
+    poison: bool,
 }
 
 impl Renderer {
@@ -120,6 +124,7 @@ impl Renderer {
             opened: start.elapsed(),
             brute_force: None,
             omitted_barrier: None,
+            poison: false,
         })
     }
 
@@ -171,6 +176,12 @@ impl Renderer {
         self.omitted_barrier = kernel;
     }
 
+    /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
+    /// written then shows in the image.
+    pub fn poison_buffers(&mut self, poison: bool) {
+        self.poison = poison;
+    }
+
     /// Renders `scene`.
     pub fn render(
         &mut self,
@@ -212,6 +223,7 @@ impl Renderer {
         let (pipelines, fresh) = self.pipelines(&plan.specialisation, settings.precision)?;
         let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
         frame.recorder.omit_barrier_after(self.omitted_barrier);
+        frame.poison = self.poison;
         if fresh {
             frame.warm_up()?;
         }
@@ -236,6 +248,7 @@ impl Renderer {
             .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
         report.device = device;
         report.warnings = warnings;
+        report.warnings.extend(coincident::warnings(scene));
         Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
     }
 

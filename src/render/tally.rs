@@ -96,7 +96,8 @@ impl Tally {
                 clamped_lights: self.counters[abi::COUNTER_CLAMPED_LIGHTS as usize],
                 stack_overflow: self.counters[abi::COUNTER_STACK_OVERFLOW as usize],
                 loop_cap: self.counters[abi::COUNTER_LOOP_CAP as usize],
-                media_overflow: self.counters[abi::COUNTER_MEDIA_OVERFLOW as usize],
+                media_overflow: self.counters[abi::COUNTER_MEDIA_OVERFLOW as usize]
+                    + packed.eye_media_dropped,
             },
             ..Report::default()
         };

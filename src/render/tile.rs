@@ -4,20 +4,20 @@ use serde::{Deserialize, Serialize};
 
 /// A rectangle of pixels, in image coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Tile {
-    pub(super) x: u32,
-    pub(super) y: u32,
-    pub(super) width: u32,
-    pub(super) height: u32,
+pub(crate) struct Tile {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 impl Tile {
-    pub(super) fn pixels(&self) -> u32 {
+    pub(crate) fn pixels(&self) -> u32 {
         self.width * self.height
     }
 
     /// Two halves along the longer side, or nothing for a single pixel.
-    pub(super) fn halves(&self) -> Option<[Tile; 2]> {
+    pub(crate) fn halves(&self) -> Option<[Tile; 2]> {
         let t = *self;
         if t.pixels() == 1 {
             None
@@ -45,7 +45,7 @@ impl Tile {
     }
 
     /// Offsets of its pixels, row by row, in an image of `[x0, y0, x1, y1]`.
-    pub(super) fn offsets(self, [x0, y0, x1, _]: [u32; 4]) -> impl Iterator<Item = usize> {
+    pub(crate) fn offsets(self, [x0, y0, x1, _]: [u32; 4]) -> impl Iterator<Item = usize> {
         let stride = (x1 - x0) as usize;
         let (left, top) = ((self.x - x0) as usize, (self.y - y0) as usize);
         let row = move |y| (0..self.width as usize).map(move |x| (top + y) * stride + left + x);
@@ -104,7 +104,7 @@ pub(super) fn remaining(work: Vec<Tile>, finished: &[Tile]) -> Vec<Tile> {
 }
 
 /// Tiles of at most `pixels` pixels, rows first; the first tile last, so that `pop` takes it first.
-pub(super) fn tiles(region: [u32; 4], pixels: u32) -> Vec<Tile> {
+pub(crate) fn tiles(region: [u32; 4], pixels: u32) -> Vec<Tile> {
     let [x0, y0, x1, y1] = region;
     let width = (x1 - x0).min(pixels);
     let height = (pixels / width).clamp(1, y1 - y0);

@@ -3,11 +3,12 @@
 use super::tracer::{Picture, Tracer};
 use crate::defect::Defect;
 use crate::frame::LocalFrame;
+use crate::pack::WIDE_RADII;
 use crate::probe::{ProbeRay, Probed};
 use crate::render::RenderError;
 use crate::sampler::pcg4d;
 use crate::scene::Scene;
-use crate::settings::{Precision, Settings};
+use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
 
 /// The figure that a case reached, and the most it may be.
@@ -84,7 +85,11 @@ impl<'t> Harness<'t> {
 
     /// The scene's own settings in the case's precision.
     pub fn settings(&self, scene: &Scene) -> Settings {
-        Settings { precision: self.precision, planted: self.planted, ..Settings::of(scene) }
+        let origin = match self.planted {
+            Some(Defect::FixedOrigin) => Origin::Fixed(0.1),
+            _ => Origin::Bound,
+        };
+        Settings { precision: self.precision, planted: self.planted, origin, ..Settings::of(scene) }
     }
 
     /// Renders the scene under its own settings.
@@ -127,6 +132,17 @@ impl<'t> Harness<'t> {
     /// A world point as the kernels hold it: local, rounded to their precision.
     pub fn local(&self, scene: &Scene, world: DVec3) -> DVec3 {
         self.round(self.frame(scene).point(world))
+    }
+
+    /// A sphere as the kernels hold it (centre, radius, whether in two numbers for one), in local
+    /// coordinates.
+    pub fn local_sphere(&self, scene: &Scene, sphere: usize) -> (DVec3, f64, bool) {
+        let (frame, s) = (self.frame(scene), scene.spheres[sphere]);
+        let (center, radius) = (frame.point(s.center), frame.length(s.radius));
+        if !WIDE_RADII.contains(&radius) {
+            return (center, radius, true);
+        }
+        (self.round(center), self.round(DVec3::splat(radius)).x, false)
     }
 
     /// Rounded to the kernels' precision.

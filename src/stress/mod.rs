@@ -4,20 +4,28 @@
 
 mod camera;
 mod case;
-mod files;
+mod contact;
+mod duplicates;
+mod exact;
 mod frame;
 mod hierarchy;
+mod leaks;
 mod lighting;
+mod media;
+mod optics;
 mod origins;
 pub mod page;
+mod pixels;
 mod refraction;
-mod shapes;
+pub(crate) mod shapes;
+mod roots;
 mod spheres;
+mod thin;
 mod tracer;
 mod triangles;
 
 pub use case::{Case, Figure, Harness};
-pub use tracer::{Picture, Tracer};
+pub use tracer::{Picture, Tracer, Twins};
 
 /// All cases, in the order they are run.
 pub fn cases() -> Vec<Case> {
@@ -25,12 +33,16 @@ pub fn cases() -> Vec<Case> {
         frame::CASES,
         triangles::CASES,
         spheres::CASES,
+        contact::CASES,
         origins::CASES,
+        leaks::CASES,
         hierarchy::CASES,
         refraction::CASES,
+        media::CASES,
         lighting::CASES,
         camera::CASES,
-        files::CASES,
+        thin::CASES,
+        duplicates::CASES,
     ]
     .concat()
 }

@@ -1,8 +1,12 @@
 //! What a case runs on: a Vulkan device, or the CPU twins of its kernels.
 
-use crate::probe::{ProbeRay, Probed};
+use crate::abi;
+use crate::cpu::twin;
+use crate::pack::pack;
+use crate::plan::{Limits, Plan};
+use crate::probe::{ProbeRay, Probed, probe_twins};
 use crate::render::{Quiet, RenderError, Renderer};
-use crate::report::{Counters, RayInfo};
+use crate::report::{Counters, DepthInfo, RayInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -45,5 +49,55 @@ impl Tracer for Renderer {
 
     fn force_brute_force(&mut self, brute_force: Option<bool>) {
         Renderer::force_brute_force(self, brute_force);
+    }
+}
+
+/// The CPU twins of the kernels. They know no planted defects.
+#[derive(Debug, Default)]
+pub struct Twins {
+    brute_force: Option<bool>,
+}
+
+/// lavapipe's limits: the twins take the same plans.
+const TWIN_LIMITS: Limits =
+    Limits { storage_range: 1 << 27, heap: 1 << 31, workgroup_invocations: 1024, is_cpu: true };
+
+impl Tracer for Twins {
+    fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
+        let packed = pack(scene, settings, self.brute_force);
+        let plan = Plan::new(&packed, settings, &TWIN_LIMITS)?;
+        let (linear, counts) = twin::render(&packed, scene, settings, &plan)
+            .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
+        let count = |i: u32| counts.counters[i as usize];
+        let counters = Counters {
+            degenerate_triangles: packed.degenerate_triangles,
+            nan_rays: count(abi::COUNTER_NAN_RAYS),
+            clamped_lights: count(abi::COUNTER_CLAMPED_LIGHTS),
+            stack_overflow: count(abi::COUNTER_STACK_OVERFLOW),
+            loop_cap: count(abi::COUNTER_LOOP_CAP),
+            media_overflow: count(abi::COUNTER_MEDIA_OVERFLOW) + packed.eye_media_dropped,
+        };
+        let mut rays = RayInfo::default();
+        for (i, [traced, reflection, refraction, shadow]) in counts.depths.iter().copied().enumerate() {
+            rays.primary += if i == 0 { traced } else { 0 };
+            rays.reflection += reflection;
+            rays.refraction += refraction;
+            rays.shadow += shadow;
+            rays.by_depth.push(DepthInfo { depth: i as u32 + 1, traced, shadow });
+        }
+        Ok(Picture { linear, counters, rays })
+    }
+
+    fn probe(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        rays: &[ProbeRay],
+    ) -> Result<Probed, RenderError> {
+        probe_twins(scene, settings, rays, self.brute_force, &TWIN_LIMITS)
+    }
+
+    fn force_brute_force(&mut self, brute_force: Option<bool>) {
+        self.brute_force = brute_force;
     }
 }

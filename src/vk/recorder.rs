@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
 
-/// Dispatches of one submit at most: one timestamp each, and one to begin with.
+/// Dispatches of one submit that have a timestamp each, and one to begin with. A submit of one batch at
+/// a great depth may have more: those beyond share the rest of its time.
 pub const DISPATCHES_MAX: usize = 4095;
 /// vkCmdUpdateBuffer takes no more.
 const UPDATE_MAX: usize = 65_536;
@@ -193,8 +194,8 @@ impl Recorder {
     }
 
     fn timestamp(&self, index: usize) {
-        if self.queries != vk::QueryPool::null() {
-            // SAFETY: recording; `index` is at most DISPATCHES_MAX.
+        if self.queries != vk::QueryPool::null() && index <= DISPATCHES_MAX {
+            // SAFETY: recording; the pool has DISPATCHES_MAX + 1 queries.
             unsafe {
                 self.device.raw.cmd_write_timestamp(
                     self.commands,
@@ -333,9 +334,10 @@ impl Recorder {
         let count = self.recorded.len();
         let mut seconds = vec![wall / count.max(1) as f64; count];
         if self.queries != vk::QueryPool::null() && count > 0 {
-            let mut ticks = vec![0u64; count + 1];
+            let timed = count.min(DISPATCHES_MAX);
+            let mut ticks = vec![0u64; timed + 1];
             let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-            // SAFETY: queries 0..=count were written by the submit.
+            // SAFETY: queries 0..=timed were written by the submit.
             unsafe { raw.get_query_pool_results(self.queries, 0, &mut ticks, flags) }
                 .map_err(call("vkGetQueryPoolResults", "timestamps"))?;
             let bits = self.device.chosen.timestamp_bits;
@@ -344,6 +346,9 @@ impl Recorder {
             for (s, pair) in seconds.iter_mut().zip(ticks.windows(2)) {
                 *s = (pair[1].wrapping_sub(pair[0]) & mask) as f64 * period;
             }
+            let measured: f64 = seconds[..timed].iter().sum();
+            let rest = (wall - measured).max(0.0) / (count - timed).max(1) as f64;
+            seconds[timed..].fill(rest);
         }
         Ok(self
             .recorded

@@ -4,5 +4,6 @@ mod build;
 mod image;
 mod lambert;
 mod mirrors;
+mod priorities;
 mod refraction;
 mod solids;

@@ -7,11 +7,11 @@ use whitted::scene::{Fresnel, Material, Scene};
 use whitted::settings::Settings;
 
 /// Where the screen stands.
-const SCREEN: f64 = 50.0;
+pub const SCREEN: f64 = 50.0;
 
 /// Where the ray from `from` to `at` lands on the screen z = 50, for rays in the plane y = 0. One light
 /// 5 before the screen is the ruler: its cosine and inverse square give the distance from its foot.
-fn landing(scene: &Scene, from: DVec3, at: DVec3, depth: u32) -> f64 {
+pub fn landing(scene: &Scene, from: DVec3, at: DVec3, depth: u32) -> f64 {
     let (foot, height) = (-60.0, 5.0);
     let mut s = scene.clone();
     let screen = s.material(matte());
@@ -23,7 +23,7 @@ fn landing(scene: &Scene, from: DVec3, at: DVec3, depth: u32) -> f64 {
 }
 
 /// Sideways step of a ray at `angle` in a layer of `thickness` and `index`.
-fn step(thickness: f64, angle: f64, index: f64) -> f64 {
+pub fn step(thickness: f64, angle: f64, index: f64) -> f64 {
     let sin = angle.sin() / index;
     thickness * sin / (1.0 - sin * sin).sqrt()
 }

@@ -10,26 +10,40 @@ use glam::DVec3;
 struct Medium {
     solid: usize,
     ior: f64,
+    priority: i32,
 }
 
-/// The solids a ray is in, in the order it entered them; the last one entered rules.
+/// The solids a ray is in, in the order it entered them. Of those with the highest priority the last
+/// one entered fills the space.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Media(Vec<Medium>);
+
+impl Medium {
+    fn of(solid: usize, material: &Material) -> Medium {
+        Medium { solid, ior: material.ior, priority: material.priority }
+    }
+}
 
 impl Media {
     /// Index of refraction around the ray.
     pub fn ior(&self) -> f64 {
-        self.0.last().map_or(1.0, |m| m.ior)
+        self.0.iter().max_by_key(|m| m.priority).map_or(1.0, |m| m.ior)
+    }
+
+    /// True if the matter on both sides of the surface of `solid` is another solid's, which has a
+    /// higher priority: then the surface is not there for light.
+    pub fn hides(&self, solid: usize, priority: i32) -> bool {
+        self.0.iter().any(|m| m.solid != solid && m.priority > priority)
     }
 
     /// After crossing the surface of `solid`: out of it if the ray was in it, else into it.
-    pub fn across(&self, solid: usize, ior: f64) -> Media {
+    pub fn across(&self, solid: usize, material: &Material) -> Media {
         let mut list = self.0.clone();
         match list.iter().rposition(|m| m.solid == solid) {
             Some(i) => {
                 list.remove(i);
             }
-            None => list.push(Medium { solid, ior }),
+            None => list.push(Medium::of(solid, material)),
         }
         Media(list)
     }
@@ -45,8 +59,8 @@ impl Media {
                 let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
                 let within = eye.cmpge(low).all() && eye.cmple(high).all();
                 if within && odd_crossings(eye, || group.iter().map(|t| &t.corners)) {
-                    let ior = materials[group[0].material].ior;
-                    found.push((low.distance(high), Medium { solid, ior }));
+                    let medium = Medium::of(solid, &materials[group[0].material]);
+                    found.push((low.distance(high), medium));
                 }
             }
         }
@@ -54,7 +68,7 @@ impl Media {
             if eye.distance(ball.center) < ball.radius {
                 // The diagonal of its bounding box, to compare with a mesh's.
                 let size = ball.radius * 12f64.sqrt();
-                found.push((size, Medium { solid: ball.solid, ior: materials[ball.material].ior }));
+                found.push((size, Medium::of(ball.solid, &materials[ball.material])));
             }
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));

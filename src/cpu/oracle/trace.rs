@@ -6,7 +6,7 @@ use super::optics::{cos_incident, keep_side, reflect, reflectance, refract};
 use super::world::{Boundary, Hit};
 use super::{Oracle, depth_row};
 use crate::report::RayInfo;
-use crate::scene::{Fresnel, Material};
+use crate::scene::Material;
 use glam::DVec3;
 
 /// The path tree of one sample.
@@ -30,6 +30,12 @@ impl Path<'_> {
     pub fn shade(&mut self, ray: &Ray, hit: &Hit, media: &Media, depth: u32) -> DVec3 {
         let oracle = self.oracle;
         let material = &oracle.materials[hit.material];
+        if let Boundary::Solid(solid) = hit.boundary
+            && material.refracts()
+            && media.hides(solid, material.priority)
+        {
+            return self.pass(ray, hit, &media.across(solid, material), depth);
+        }
         let own_weight = 1.0 - material.secondary;
         let mut colour = DVec3::ZERO;
         if own_weight > 0.0 {
@@ -51,6 +57,15 @@ impl Path<'_> {
             colour += light * (material.secondary * (1.0 - split.reflected));
         }
         colour
+    }
+
+    /// Through a surface that another solid's matter hides: on unchanged, into `beyond`.
+    fn pass(&mut self, ray: &Ray, hit: &Hit, beyond: &Media, depth: u32) -> DVec3 {
+        if depth >= self.depth {
+            return DVec3::ZERO;
+        }
+        self.rays.refraction += 1;
+        self.follow(hit, ray.direction, beyond, depth + 1)
     }
 
     /// What a ray that leaves `hit` toward `direction` sees.
@@ -98,14 +113,11 @@ fn split(ray: &Ray, hit: &Hit, material: &Material, media: &Media) -> Split {
     let n1 = media.ior();
     let (reflected, refracted) = match hit.boundary {
         Boundary::Sheet => {
-            let share = match material.fresnel {
-                Fresnel::Constant(share) => share,
-                Fresnel::Schlick | Fresnel::Exact => reflectance(Fresnel::Exact, cos_i, n1, material.ior),
-            };
+            let share = reflectance(material.fresnel, cos_i, n1, material.ior);
             (share, Some((ray.direction, media.clone())))
         }
         Boundary::Solid(solid) => {
-            let beyond = media.across(solid, material.ior);
+            let beyond = media.across(solid, material);
             let n2 = beyond.ior();
             match refract(ray.direction, hit.shading, n1, n2) {
                 None => (1.0, None),

@@ -1,0 +1,11 @@
+//! Twins of `glsl/lib`, file by file.
+
+pub mod r#box;
+pub mod fresnel;
+pub mod media;
+pub mod numeric;
+pub mod sphere;
+pub mod surface;
+pub mod trace;
+pub mod triangle;
+pub mod wide;

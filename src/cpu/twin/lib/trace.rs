@@ -1,0 +1,202 @@
+//! Twin of `glsl/lib/trace.glsl`.
+
+use super::super::real::{Real, Real3, U, is_not_finite};
+use super::super::structs::{Hit, Node, Sphere, SphereInfo, Triangle, TriangleInfo, WideSphere};
+use super::r#box::{SLAB_GROW, box_interval, enter_box, safe_reciprocal, sphere_box, triangle_box};
+use super::numeric::{dot3, max_component};
+use super::sphere::{hit_sphere, hit_wide_sphere};
+use super::triangle::{Shear, hit_triangle, make_shear};
+use crate::abi::{
+    COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE,
+    Specialisation,
+};
+
+/// The buffers that `trace.glsl` needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Shapes<'a> {
+    /// Specialisation constants.
+    pub spec: &'a Specialisation,
+    /// Binding of this name.
+    pub triangles: &'a [Triangle],
+    /// Binding of this name.
+    pub triangle_infos: &'a [TriangleInfo],
+    /// Binding of this name.
+    pub spheres: &'a [Sphere],
+    /// Binding of this name.
+    pub wide_spheres: &'a [WideSphere],
+    /// Binding of this name.
+    pub sphere_infos: &'a [SphereInfo],
+    /// Binding of this name.
+    pub nodes: &'a [Node],
+}
+
+/// A ray, made ready.
+#[derive(Debug, Clone, Copy)]
+pub struct TraceRay {
+    origin: Real3,
+    direction: Real3,
+    inverse: Real3,
+    shear: Shear,
+    skip: u32,
+}
+
+/// Readies a ray that starts on primitive `skip`, or NONE.
+pub fn make_trace_ray(origin: Real3, direction: Real3, skip: u32) -> TraceRay {
+    TraceRay { origin, direction, inverse: safe_reciprocal(direction), shear: make_shear(direction), skip }
+}
+
+fn recedes(t: &Triangle, normal: Real3, r: &TraceRay, distance: Real) -> bool {
+    let a = Real3::from(t.a);
+    let (e1, e2, to) = (Real3::from(t.b) - a, Real3::from(t.c) - a, a - r.origin);
+    let (m1, m2) = (max_component(e1), max_component(e2));
+    if distance * max_component(r.direction) > if m1 > m2 { m1 } else { m2 } {
+        return false;
+    }
+    let (height, along) = (dot3(normal, to), dot3(normal, r.direction));
+    let (unsure, parallel) = ((8.0 * U) * max_component(to), (8.0 * U) * max_component(r.direction));
+    (height < -unsure && along > parallel) || (height > unsure && along < -parallel)
+}
+
+impl Shapes<'_> {
+    fn primitive_id(&self, primitive: u32) -> u32 {
+        let count = self.spec.triangle_count;
+        if primitive < count {
+            self.triangle_infos[primitive as usize].id
+        } else {
+            self.sphere_infos[(primitive - count) as usize].id
+        }
+    }
+
+    fn take_hit(&self, mut h: Hit, (lo, hi): (Real3, Real3), r: &TraceRay, best: &mut Hit) {
+        if self.spec.robust != 0 {
+            let (near, far) = box_interval(lo, hi, r.origin, r.inverse);
+            if near > far {
+                return;
+            }
+            h.t = if h.t < near {
+                near
+            } else if h.t > far {
+                far
+            } else {
+                h.t
+            };
+        }
+        if h.t > best.t {
+            return;
+        }
+        if h.t < best.t
+            || (best.primitive != NONE && self.primitive_id(h.primitive) < self.primitive_id(best.primitive))
+        {
+            *best = h;
+        }
+    }
+
+    fn test_triangle(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+        let triangle = &self.triangles[primitive as usize];
+        let (hit, t, u, v) = hit_triangle(triangle, r.origin, &r.shear, self.spec.robust != 0);
+        if hit && primitive != r.skip {
+            let normal = self.triangle_infos[primitive as usize].geometric.into();
+            if self.spec.robust != 0 && r.skip != NONE && recedes(triangle, normal, r, t) {
+                return;
+            }
+            self.take_hit(Hit { t, u, v, primitive }, triangle_box(triangle), r, best);
+        }
+    }
+
+    fn test_sphere(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+        let at = (primitive - self.spec.triangle_count) as usize;
+        let mut s = self.spheres[at];
+        let own = primitive == r.skip;
+        let (hit, t) = if self.spec.wide_spheres_used != 0 && s.radius < 0.0 {
+            s.radius = -s.radius;
+            let w = &self.wide_spheres[self.sphere_infos[at].wide as usize];
+            hit_wide_sphere(w, r.origin, r.direction, own)
+        } else {
+            hit_sphere(&s, r.origin, r.direction, own)
+        };
+        if hit {
+            self.take_hit(Hit { t, u: 0.0, v: 0.0, primitive }, sphere_box(&s), r, best);
+        }
+    }
+
+    fn walk_brute(&self, r: &TraceRay, best: &mut Hit) {
+        let count = self.spec.triangle_count;
+        for i in 0..count {
+            self.test_triangle(i, r, best);
+        }
+        for i in 0..self.spec.sphere_count {
+            self.test_sphere(count + i, r, best);
+        }
+    }
+
+    fn walk_bvh(&self, r: &TraceRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
+        let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize];
+        let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
+        loop {
+            steps += 1;
+            if steps > self.spec.loop_cap {
+                counters[COUNTER_LOOP_CAP as usize] += 1;
+                return;
+            }
+            if current & LEAF_BIT != 0 {
+                let first = current & ((1 << LEAF_FIRST_BITS) - 1);
+                let count = ((current & !LEAF_BIT) >> LEAF_FIRST_BITS) + 1;
+                for i in 0..count {
+                    steps += 1;
+                    let primitive = first + i;
+                    if primitive < self.spec.triangle_count {
+                        self.test_triangle(primitive, r, best);
+                    } else {
+                        self.test_sphere(primitive, r, best);
+                    }
+                }
+                if any && best.primitive != NONE {
+                    return;
+                }
+            } else {
+                let n = &self.nodes[current as usize];
+                let t0 = enter_box(n.lo_0.into(), n.hi_0.into(), r.origin, r.inverse, best.t);
+                let t1 = enter_box(n.lo_1.into(), n.hi_1.into(), r.origin, r.inverse, best.t);
+                let (in0, in1) = (t0 >= 0.0, t1 >= 0.0);
+                if in0 || in1 {
+                    let first0 = in0 && (!in1 || t0 <= t1);
+                    current = if first0 { n.child_0 } else { n.child_1 };
+                    if in0 && in1 {
+                        if top == STACK_SIZE as usize {
+                            counters[COUNTER_STACK_OVERFLOW as usize] += 1;
+                        } else {
+                            stack[top] = if first0 { (n.child_1, t1) } else { (n.child_0, t0) };
+                            top += 1;
+                        }
+                    }
+                    continue;
+                }
+            }
+            let mut found = false;
+            while top > 0 && !found {
+                top -= 1;
+                steps += 1;
+                current = stack[top].0;
+                found = stack[top].1 <= best.t * SLAB_GROW;
+            }
+            if !found {
+                return;
+            }
+        }
+    }
+
+    /// Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
+    pub fn closest_hit(&self, r: &TraceRay, limit: Real, any: bool, counters: &mut [u32]) -> Hit {
+        let finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
+        if !finite {
+            counters[COUNTER_NAN_RAYS as usize] += 1;
+        }
+        let mut best = Hit { t: if finite { limit } else { 0.0 }, u: 0.0, v: 0.0, primitive: NONE };
+        if self.spec.use_bvh != 0 {
+            self.walk_bvh(r, any, &mut best, counters);
+        } else {
+            self.walk_brute(r, &mut best);
+        }
+        best
+    }
+}

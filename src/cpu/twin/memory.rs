@@ -1,0 +1,192 @@
+//! The buffers of a plan in host memory, and the pass that runs on them.
+
+use super::real::Real;
+use super::structs::{
+    Camera, CornerNormals, DepthCount, Film, Hit, Light, Material, Node, Push, Queue, Ray, Sphere,
+    SphereInfo, Surface, Triangle, TriangleInfo, WideSphere,
+};
+use super::{PRECISION, from_host};
+use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
+use crate::abi::double::Camera as HostCamera;
+use crate::abi::{BUFFERS, Buf, Specialisation};
+use crate::kernels::Kernel;
+use crate::pack::Packed;
+
+macro_rules! memory {
+    ($($field:ident / $variant:ident: $element:ty;)*) => {
+        /// Every buffer of the frame, under its kernel name.
+        #[derive(Debug, Clone)]
+        pub struct Memory {
+            $(
+                #[doc = concat!("Buffer `", stringify!($field), "`.")]
+                pub $field: Vec<$element>,
+            )*
+        }
+
+        impl Memory {
+            /// Buffers of these lengths, all zero.
+            pub fn of_lengths(length: impl Fn(Buf) -> usize) -> Memory {
+                Memory { $($field: vec![<$element>::default(); length(Buf::$variant)],)* }
+            }
+        }
+    };
+}
+
+memory! {
+    camera / Camera: Camera;
+    triangles / Triangles: Triangle;
+    triangle_infos / TriangleInfos: TriangleInfo;
+    corner_normals / CornerNormals: CornerNormals;
+    spheres / Spheres: Sphere;
+    wide_spheres / WideSpheres: WideSphere;
+    sphere_infos / SphereInfos: SphereInfo;
+    nodes / Nodes: Node;
+    materials / Materials: Material;
+    lights / Lights: Light;
+    solid_iors / SolidIors: f32;
+    solid_priorities / SolidPriorities: i32;
+    eye_media / EyeMedia: u32;
+    rays / Rays: Ray;
+    next_rays / NextRays: Ray;
+    media / Media: u32;
+    next_media / NextMedia: u32;
+    queue / Queue: Queue;
+    next_queue / NextQueue: Queue;
+    hits / Hits: Hit;
+    surfaces / Surfaces: Surface;
+    totals / Totals: u32;
+    offsets / Offsets: u32;
+    contributions / Contributions: [f32; 3];
+    slots / Slots: [f32; 3];
+    film / Film: Film;
+    depth_counts / DepthCounts: DepthCount;
+    counters / Counters: u32;
+    self_test / SelfTest: Real;
+}
+
+impl Memory {
+    /// Buffers of `bytes` each, in binding order, with the scene and `camera` in place.
+    pub fn new(bytes: &[u64], packed: &Packed, camera: &HostCamera) -> Memory {
+        let element = |b: Buf| crate::plan::element_bytes(BUFFERS[b as usize].1, PRECISION);
+        let mut memory = Memory::of_lengths(|b| (bytes[b as usize] / element(b)) as usize);
+        memory.camera = from_host(std::slice::from_ref(camera));
+        memory.triangles = from_host(&packed.triangles);
+        memory.triangle_infos = from_host(&packed.triangle_infos);
+        memory.corner_normals = from_host(&packed.corner_normals);
+        memory.spheres = from_host(&packed.spheres);
+        memory.wide_spheres = from_host(&packed.wide_spheres);
+        memory.sphere_infos = from_host(&packed.sphere_infos);
+        memory.nodes = from_host(&packed.nodes);
+        memory.materials = from_host(&packed.materials);
+        memory.lights = from_host(&packed.lights);
+        memory.solid_iors.clone_from(&packed.solid_iors);
+        memory.solid_priorities.clone_from(&packed.solid_priorities);
+        memory.eye_media.clone_from(&packed.eye_media);
+        memory
+    }
+
+    /// Exchanges the queues of this depth and the next.
+    pub fn next_depth(&mut self) {
+        std::mem::swap(&mut self.rays, &mut self.next_rays);
+        std::mem::swap(&mut self.media, &mut self.next_media);
+        std::mem::swap(&mut self.queue, &mut self.next_queue);
+    }
+
+    /// Runs one kernel. Its arguments are its bindings, in the kernel's order.
+    pub fn run(&mut self, kernel: Kernel, spec: &Specialisation, push: &Push) {
+        let m = self;
+        match kernel {
+            Kernel::Generate => generate::generate(
+                spec,
+                push,
+                &m.camera,
+                &m.eye_media,
+                &mut m.rays,
+                &mut m.media,
+                &mut m.slots,
+            ),
+            Kernel::Intersect => intersect::intersect(
+                spec,
+                &m.triangles,
+                &m.triangle_infos,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.sphere_infos,
+                &m.nodes,
+                &m.rays,
+                &m.queue,
+                &mut m.hits,
+                &mut m.counters,
+            ),
+            Kernel::Shade => shade::shade(
+                spec,
+                push,
+                &m.triangles,
+                &m.triangle_infos,
+                &m.corner_normals,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.sphere_infos,
+                &m.materials,
+                &m.solid_iors,
+                &m.solid_priorities,
+                &m.rays,
+                &m.media,
+                &m.queue,
+                &m.hits,
+                &mut m.surfaces,
+                &mut m.totals,
+            ),
+            Kernel::Scan => scan::scan(
+                spec,
+                push,
+                &m.queue,
+                &m.totals,
+                &mut m.offsets,
+                &mut m.next_queue,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Spawn => spawn::spawn(
+                spec,
+                &m.camera,
+                &m.materials,
+                &m.rays,
+                &m.media,
+                &m.queue,
+                &m.next_queue,
+                &m.surfaces,
+                &m.offsets,
+                &mut m.next_rays,
+                &mut m.next_media,
+                &mut m.counters,
+            ),
+            Kernel::Shadow => shadow::shadow(
+                spec,
+                push,
+                &m.camera,
+                &m.triangles,
+                &m.triangle_infos,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.sphere_infos,
+                &m.nodes,
+                &m.materials,
+                &m.lights,
+                &m.rays,
+                &m.queue,
+                &m.surfaces,
+                &mut m.contributions,
+                &mut m.slots,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Gather => {
+                gather::gather(&m.rays, &m.queue, &m.contributions, &mut m.slots, &mut m.counters);
+            }
+            // No part of a frame: `crate::selftest` judges what it writes.
+            Kernel::Selftest => {}
+            Kernel::Resolve => resolve::resolve(push, &m.slots, &mut m.film),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Twin of `glsl/shade.comp`.
+
+use super::lib::fresnel::reflection_share;
+use super::lib::media::{is_inside, medium};
+use super::lib::numeric::dot3;
+use super::lib::surface::{smooth_normal, sphere_point, triangle_point, wide_sphere_point};
+use super::real::{Real, Real3, float, real};
+use super::structs::{
+    CornerNormals, Hit, Material, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
+    WideSphere,
+};
+use crate::abi::{
+    CHILD_REFLECTED, CHILD_REFRACTED, FRESNEL_CONSTANT, LEAVES, NONE, PASSES, PREFIX_SHIFT, Specialisation,
+};
+
+/// The scene as `strike` sees it.
+struct Scene<'a> {
+    spec: &'a Specialisation,
+    push: &'a Push,
+    triangles: &'a [Triangle],
+    triangle_infos: &'a [TriangleInfo],
+    corner_normals: &'a [CornerNormals],
+    spheres: &'a [Sphere],
+    wide_spheres: &'a [WideSphere],
+    sphere_infos: &'a [SphereInfo],
+    materials: &'a [Material],
+    solid_iors: &'a [f32],
+    solid_priorities: &'a [i32],
+}
+
+impl Scene<'_> {
+    fn strike(&self, ray: &Ray, inside: &[u32], h: &Hit) -> Surface {
+        let mut s = Surface { primitive: h.primitive, ..Surface::default() };
+        if h.primitive == NONE {
+            return s;
+        }
+        let (o, d) = (Real3::from(ray.origin), Real3::from(ray.direction));
+        let mut p;
+        if h.primitive < self.spec.triangle_count {
+            let at = h.primitive as usize;
+            let info = &self.triangle_infos[at];
+            p = triangle_point(&self.triangles[at], info, h.u, h.v, self.spec.robust != 0);
+            if self.spec.smooth_normals != 0 {
+                let flat = info.normal.into();
+                p.normal = smooth_normal(&self.corner_normals[at], flat, info.geometric.into(), h.u, h.v);
+            }
+            (s.material, s.solid) = (info.material, info.solid);
+        } else {
+            let at = (h.primitive - self.spec.triangle_count) as usize;
+            let info = &self.sphere_infos[at];
+            p = if self.spec.wide_spheres_used != 0 && info.wide != NONE {
+                wide_sphere_point(&self.wide_spheres[info.wide as usize], o, d, h.t)
+            } else {
+                sphere_point(&self.spheres[at], o, d, h.t)
+            };
+            (s.material, s.solid) = (info.material, info.solid);
+        }
+        let behind = dot3(d, p.geometric) > 0.0;
+        let toward = |v: Real3| if behind { -v } else { v };
+        let mut normal = toward(p.normal);
+        let mut c = -dot3(d, normal);
+        if c < 0.0 {
+            normal = toward(p.geometric);
+            c = -dot3(d, normal);
+        }
+        s.position = p.position.into();
+        s.offset = toward(p.offset).into();
+        s.normal = normal.into();
+        s.cosine = if c < 1.0 { if c > 0.0 { c } else { 0.0 } } else { 1.0 };
+
+        let m = &self.materials[s.material as usize];
+        let (mut here, mut beyond): (Real, Real) = (1.0, 1.0);
+        s.eta = 1.0;
+        if m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0) {
+            let ior = |solid: u32| real(self.solid_iors[solid as usize]);
+            let priority = |solid: u32| self.solid_priorities[solid as usize];
+            here = ior(medium(inside, 0, self.solid_priorities));
+            if s.solid != 0 {
+                s.flags |= if is_inside(inside, s.solid) { LEAVES } else { 0 };
+                let others = medium(inside, s.solid, self.solid_priorities);
+                if others != 0 && priority(others) > priority(s.solid) {
+                    s.share = 0.0;
+                    let goes_on = self.push.depth < self.push.last_depth;
+                    s.flags |= PASSES | if goes_on { CHILD_REFRACTED } else { 0 };
+                    return s;
+                }
+                beyond = ior(if s.flags & LEAVES != 0 { others } else { s.solid });
+                s.eta = here / beyond;
+            } else {
+                beyond = real(m.ior);
+            }
+        }
+        s.share = float(reflection_share(m, here, beyond, d, normal, s.cosine));
+        if m.secondary > 0.0 && self.push.depth < self.push.last_depth {
+            s.flags |= if s.share > 0.0 { CHILD_REFLECTED } else { 0 };
+            s.flags |= if s.share < 1.0 { CHILD_REFRACTED } else { 0 };
+        }
+        s
+    }
+}
+
+/// Turns hits into surfaces, and counts the children of each workgroup.
+pub fn shade(
+    spec: &Specialisation,
+    push: &Push,
+    triangles: &[Triangle],
+    triangle_infos: &[TriangleInfo],
+    corner_normals: &[CornerNormals],
+    spheres: &[Sphere],
+    wide_spheres: &[WideSphere],
+    sphere_infos: &[SphereInfo],
+    materials: &[Material],
+    solid_iors: &[f32],
+    solid_priorities: &[i32],
+    rays: &[Ray],
+    media: &[u32],
+    queue: &[Queue],
+    hits: &[Hit],
+    surfaces: &mut [Surface],
+    totals: &mut [u32],
+) {
+    let scene = Scene {
+        spec,
+        push,
+        triangles,
+        triangle_infos,
+        corner_normals,
+        spheres,
+        wide_spheres,
+        sphere_infos,
+        materials,
+        solid_iors,
+        solid_priorities,
+    };
+    let (count, capacity) = (queue[0].count as usize, spec.media_capacity as usize);
+    for (group, begin) in (0..count).step_by(spec.workgroup as usize).enumerate() {
+        let (mut reflections, mut refractions) = (0, 0);
+        for i in begin..count.min(begin + spec.workgroup as usize) {
+            let mut s = scene.strike(&rays[i], &media[i * capacity..(i + 1) * capacity], &hits[i]);
+            let children = s.flags;
+            s.flags |= (reflections + refractions) << PREFIX_SHIFT;
+            surfaces[i] = s;
+            reflections += u32::from(children & CHILD_REFLECTED != 0);
+            refractions += u32::from(children & CHILD_REFRACTED != 0);
+        }
+        totals[group] = reflections << 16 | refractions;
+    }
+}

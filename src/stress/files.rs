@@ -1,6 +1,0 @@
-//! files
-
-use super::case::Case;
-
-/// Cases of this file.
-pub const CASES: &[Case] = &[];

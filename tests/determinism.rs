@@ -1,0 +1,149 @@
+//! The same bits, however the work is cut (contract 4).
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{render, renderer, scenes, small};
+use std::path::Path;
+use std::process::Command;
+use whitted::image::linear_sha256;
+use whitted::render::Rendered;
+use whitted::report::Report;
+use whitted::scene::Scene;
+use whitted::settings::{Schedule, Settings};
+
+/// Scenes that between them have every feature.
+fn subjects() -> Vec<(String, Scene)> {
+    let mut all = scenes();
+    all.retain(|(name, _)| ["cornell_glass", "nested_glass", "many_lights"].contains(&name.as_str()));
+    assert_eq!(all.len(), 3);
+    all
+}
+
+fn hash(rendered: &Rendered) -> String {
+    linear_sha256(&rendered.linear)
+}
+
+#[test]
+fn tiles_batches_and_groups_change_no_bit() {
+    let mut renderer = renderer();
+    for (name, scene) in subjects() {
+        let settings = small(&scene, 41, 5, 9);
+        let expected = hash(&render(&mut renderer, &scene, &settings));
+        let mut with = |schedule: Schedule| {
+            let found = render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() });
+            assert_eq!(hash(&found), expected, "{name}: {schedule:?}");
+        };
+        let none = Schedule::default();
+        for tile_pixels in [37, 41, 64, 100, 1000] {
+            with(Schedule { tile_pixels: Some(tile_pixels), ..none });
+        }
+        for batch_samples in [1, 2, 3, 4] {
+            with(Schedule { batch_samples: Some(batch_samples), ..none });
+        }
+        for workgroup in [32, 128, 256] {
+            with(Schedule { workgroup: Some(workgroup), ..none });
+        }
+        with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), capacity: None });
+        with(none);
+        let mut other = settings.clone();
+        other.seed += 1;
+        assert_ne!(
+            hash(&render(&mut renderer, &scene, &other)),
+            expected,
+            "{name}: the seed changes nothing"
+        );
+    }
+}
+
+#[test]
+fn a_queue_too_small_costs_no_bit() {
+    let mut renderer = renderer();
+    let (_, scene) = subjects().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
+    let settings = small(&scene, 40, 4, 2);
+    let roomy = render(&mut renderer, &scene, &settings);
+    for (tile_pixels, batch_samples) in [(400, 4), (200, 1), (60, 3)] {
+        let schedule = Schedule {
+            tile_pixels: Some(tile_pixels),
+            batch_samples: Some(batch_samples),
+            ..Schedule::default()
+        };
+        let fits = render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() });
+        let schedule = Schedule { capacity: Some(1), ..schedule };
+        let tight = render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() });
+        let (a, b) = (&tight.report.plan, &fits.report.plan);
+        assert!(a.tiles > b.tiles || a.batches > b.batches, "no queue overflowed: {a:?}");
+        assert_eq!(hash(&tight), hash(&roomy));
+        assert_eq!(tight.report.rays.total(), roomy.report.rays.total(), "a void tile was counted");
+    }
+}
+
+#[test]
+fn a_crop_is_a_part_of_the_whole() {
+    let mut renderer = renderer();
+    for (name, scene) in subjects() {
+        let settings = small(&scene, 41, 3, 4);
+        let whole = render(&mut renderer, &scene, &settings);
+        let [x0, y0, x1, y1] = [7, 3, 30, 19];
+        let crop = Settings { crop: Some([x0, y0, x1, y1]), ..settings.clone() };
+        let part = render(&mut renderer, &scene, &crop);
+        let row = |y: u32| &whole.linear[(y * 41 + x0) as usize..(y * 41 + x1) as usize];
+        let cut: Vec<[f32; 3]> = (y0..y1).flat_map(|y| row(y).to_vec()).collect();
+        assert_eq!(linear_sha256(&cut), hash(&part), "{name}");
+    }
+}
+
+#[test]
+fn nothing_unwritten_is_read() {
+    let mut renderer = renderer();
+    for (name, scene) in scenes() {
+        let schedule = Schedule { tile_pixels: Some(500), ..Schedule::default() };
+        let settings = Settings { schedule, ..small(&scene, 41, 3, 4) };
+        let clean = render(&mut renderer, &scene, &settings);
+        renderer.poison_buffers(true);
+        let poisoned = render(&mut renderer, &scene, &settings);
+        renderer.poison_buffers(false);
+        assert_eq!(hash(&poisoned), hash(&clean), "{name}");
+        assert_eq!(poisoned.report.counters.nan_rays, 0, "{name}");
+    }
+}
+
+/// Renders in a fresh process under `variables`; the hash from its report.
+fn elsewhere(folder: &Path, scene: &str, variables: &[(&str, &str)]) -> String {
+    let report = folder.join("report.json");
+    let output = Command::new(env!("CARGO_BIN_EXE_whitted"))
+        .arg("render")
+        .arg(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR")))
+        .arg("-o")
+        .arg(folder.join("image.png"))
+        .args(["--size", "40x30", "--samples", "3", "--device", "cpu", "--report"])
+        .arg(&report)
+        // Code compiled for other vectors must not come from a cache.
+        .env("MESA_SHADER_CACHE_DISABLE", "true")
+        .env("XDG_CACHE_HOME", folder)
+        .envs(variables.iter().copied())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: Report = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+    report.image.linear_sha256
+}
+
+#[test]
+fn threads_and_vector_width_change_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in ["nested_glass", "cornell_glass"] {
+        let expected = elsewhere(folder.path(), scene, &[]);
+        assert_eq!(expected.len(), 64);
+        for variables in [
+            &[("LP_NUM_THREADS", "1")][..],
+            &[("LP_NUM_THREADS", "2")],
+            &[("LP_NATIVE_VECTOR_WIDTH", "128")],
+            &[("LP_NATIVE_VECTOR_WIDTH", "128"), ("LP_NUM_THREADS", "1")],
+        ] {
+            assert_eq!(elsewhere(folder.path(), scene, variables), expected, "{scene}: {variables:?}");
+        }
+    }
+}

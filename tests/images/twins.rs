@@ -1,0 +1,91 @@
+//! Device against twin, hierarchy against brute force: the same bits.
+
+use crate::common::build::{Add, everything, matte};
+use crate::common::{render, renderer, scenes, small};
+use glam::DVec3;
+use whitted::cpu::twin;
+use whitted::image::linear_sha256;
+use whitted::pack::pack;
+use whitted::plan::Plan;
+use whitted::report::Report;
+use whitted::scene::Scene;
+use whitted::settings::{Origin, Precision, Schedule, Settings};
+
+/// Every way the kernels compute.
+const ARITHMETIC: [(Precision, Origin); 4] = [
+    (Precision::Robust, Origin::Bound),
+    (Precision::Fast, Origin::Bound),
+    (Precision::Double, Origin::Bound),
+    (Precision::Robust, Origin::Fixed(1e-3)),
+];
+
+/// Scenes that between them have every feature.
+const MANY_SIDED: [&str; 2] = ["everything", "planet"];
+
+/// Per depth: traced and shadow rays, as far as rays go.
+fn by_depth(report: &Report) -> Vec<[u64; 2]> {
+    report.rays.by_depth.iter().map(|d| [d.traced, d.shadow]).collect()
+}
+
+fn same_bits(a: &[[f32; 3]], b: &[[f32; 3]]) -> bool {
+    a.len() == b.len() && a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+#[test]
+fn the_device_gives_the_twins_image_and_counts() {
+    let mut renderer = renderer();
+    let limits = renderer.device().limits();
+    for ((name, scene), (precision, origin)) in scenes()
+        .into_iter()
+        .chain([("everything".into(), everything()), ("planet".into(), planet())])
+        .flat_map(|subject| {
+            // Every way where everything is, the usual way elsewhere: each pair is compiled anew.
+            let ways = if MANY_SIDED.contains(&subject.0.as_str()) { ARITHMETIC.len() } else { 1 };
+            ARITHMETIC[..ways].iter().map(|how| (subject.clone(), *how)).collect::<Vec<_>>()
+        })
+    {
+        let name = format!("{name}, {precision:?}, {origin:?}");
+        // Tiles and batches that divide nothing.
+        let schedule = Schedule { tile_pixels: Some(301), batch_samples: Some(2), ..Schedule::default() };
+        let settings = Settings { schedule, precision, origin, ..small(&scene, 37, 3, 11) };
+        let packed = pack(&scene, &settings, None);
+        let plan = Plan::new(&packed, &settings, &limits).unwrap();
+        let (linear, counts) = twin::render(&packed, &scene, &settings, &plan).unwrap();
+        let device = render(&mut renderer, &scene, &settings);
+        let different = linear.iter().zip(&device.linear).filter(|(a, b)| a != b).count();
+        assert!(same_bits(&linear, &device.linear), "{name}: {different} of {} pixels differ", linear.len());
+        let found = by_depth(&device.report);
+        let expected: Vec<[u64; 2]> =
+            counts.depths.iter().map(|d| [d[0], d[3]]).take_while(|d| d[0] > 0).collect();
+        assert_eq!(found, expected, "{name}");
+        assert!(linear.iter().flatten().any(|c| *c > 0.0), "{name} is black");
+        // The comparison can fail.
+        let mut other = linear.clone();
+        other[17][1] = f32::from_bits(other[17][1].to_bits() ^ 1);
+        assert!(!same_bits(&linear, &other));
+    }
+}
+
+/// Everything above a planet, with a grain of dust before the eye: spheres beyond single precision.
+fn planet() -> Scene {
+    let mut s = everything();
+    let ground = s.materials.len();
+    s.materials.push(whitted::scene::Material { diffuse: DVec3::new(0.3, 0.6, 0.2), ..matte() });
+    s.sphere(DVec3::new(3.0, -6_371_002.0, 4.0), 6_371_000.0, ground);
+    s.sphere(s.camera.look_from + DVec3::new(0.0, -5e-6, 1e-4), 4e-6, ground);
+    s
+}
+
+#[test]
+fn the_hierarchy_changes_no_bit() {
+    let mut renderer = renderer();
+    let others = [("everything".into(), everything()), ("planet".into(), planet())];
+    for (name, scene) in scenes().into_iter().chain(others) {
+        let settings = small(&scene, 60, 2, 3);
+        let hashes = [true, false].map(|brute| {
+            renderer.force_brute_force(Some(brute));
+            linear_sha256(&render(&mut renderer, &scene, &settings).linear)
+        });
+        assert_eq!(hashes[0], hashes[1], "{name}: hierarchy and brute force differ");
+    }
+}

@@ -1,0 +1,263 @@
+//! Each kernel alone, on random and spiteful buffers, against its twin: ids, counts, flags and order
+//! exact, floats to the bit. The bit is the right bound here: no kernel uses an operation other than the
+//! four of arithmetic and the square root, which the software device rounds correctly, none is contracted, and sums have a
+//! fixed order. Buffers start full of NaN.
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+#[path = "kernels/state.rs"]
+mod state;
+
+use common::{Bench, Rng, assert_same, device, differences, queue_of, spoil};
+use state::{State, variants};
+use std::rc::Rc;
+use whitted::abi::{
+    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, DEFECT_MOELLER_TRUMBORE,
+    DEFECT_NAIVE_QUADRATIC, DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE, Film, NONE, Push, Specialisation,
+};
+use whitted::cpu::twin::single::Memory;
+use whitted::kernels::Kernel;
+use whitted::vk::Device;
+
+/// Uploads, runs on both sides, compares; the twin's result.
+fn check(
+    bench: &mut Bench,
+    state: &State,
+    memory: &Memory,
+    kernel: Kernel,
+    push: &Push,
+    what: &str,
+) -> Memory {
+    bench.upload(memory);
+    bench.run(kernel, push, push.items);
+    let found = bench.download(memory);
+    let mut twin = memory.clone();
+    twin.run(kernel, &state.spec, push);
+    assert_same(&format!("{}, {what}", kernel.name()), &twin, &found);
+    assert!(!differences(memory, &twin).is_empty(), "{} wrote nothing: {what}", kernel.name());
+    twin
+}
+
+fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
+    let device: Rc<Device> = device();
+    for (name, variant) in variants() {
+        // One for all seeds: compiling takes longer than running.
+        let first = State::new(variant, 0);
+        let mut bench = Bench::new(&device, &first.spec, &first.memory);
+        for seed in seeds.clone() {
+            let state = State::new(variant, seed);
+            test(&mut bench, &state, &mut Rng::new(seed + 1000), &format!("{name}, seed {seed}"));
+        }
+    }
+}
+
+#[test]
+fn generate() {
+    each_state(0..2, |bench, state, rng, what| {
+        for samples in [1, 7] {
+            let (width, height) = (13, 9);
+            let push = Push {
+                tile_x: rng.below(5000),
+                tile_y: rng.below(5000),
+                tile_width: width,
+                tile_pixels: width * height,
+                first_sample: rng.below(1000),
+                batch_samples: samples,
+                samples,
+                seed: rng.word(),
+                items: width * height * samples,
+                ..state.push()
+            };
+            check(bench, state, &state.memory, Kernel::Generate, &push, what);
+        }
+    });
+}
+
+#[test]
+fn intersect() {
+    let mut hits = 0;
+    each_state(0..6, |bench, state, _, what| {
+        let twin = check(bench, state, &state.memory, Kernel::Intersect, &state.push(), what);
+        hits += twin.hits[..state.count()].iter().filter(|h| h.primitive != NONE).count();
+        assert!(twin.counters[COUNTER_NAN_RAYS as usize] > 0, "no ray was NaN: {what}");
+    });
+    assert!(hits > 2000, "only {hits} rays hit anything");
+}
+
+#[test]
+fn shade() {
+    each_state(0..4, |bench, state, rng, what| {
+        for depth in [1, 2] {
+            let mut memory = state.hit();
+            state.spoil_hits(&mut memory, rng);
+            check(bench, state, &memory, Kernel::Shade, &Push { depth, ..state.push() }, what);
+        }
+    });
+}
+
+#[test]
+fn scan() {
+    each_state(0..1, |bench, state, rng, what| {
+        for case in 0..40 {
+            let mut memory = state.memory.clone();
+            let most = memory.totals.len() as u32 * state.spec.workgroup;
+            // Also none, one, and one more than fills groups, runs and rows.
+            let count = match case {
+                0..6 => {
+                    [0, 1, state.spec.workgroup, state.spec.workgroup + 1, 128 * state.spec.workgroup, most]
+                        [case]
+                }
+                _ => rng.below(most + 1),
+            };
+            memory.queue[0] = queue_of(count, state.spec.workgroup);
+            let limit = state.spec.workgroup + 1;
+            memory.totals.iter_mut().for_each(|t| *t = rng.below(limit) << 16 | rng.below(limit));
+            memory.depth_counts.iter_mut().for_each(|d| d.traced = rng.below(100));
+            let capacity = if case % 3 == 0 { rng.below(2 * count + 2) } else { u32::MAX };
+            let push = Push { capacity, ..state.push() };
+            let twin = check(bench, state, &memory, Kernel::Scan, &push, &format!("{what}, case {case}"));
+            let overflow = twin.counters[COUNTER_QUEUE_OVERFLOW as usize];
+            assert_eq!(overflow == 1, twin.next_queue[0].count == 0 && sum(&twin) > capacity, "{what}");
+        }
+    });
+}
+
+/// Children of the whole queue.
+fn sum(memory: &Memory) -> u32 {
+    let groups = memory.offsets.iter().take_while(|o| **o != whitted::cpu::twin::single::POISON).count();
+    memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum()
+}
+
+#[test]
+fn spawn() {
+    let mut children = 0;
+    each_state(0..4, |bench, state, rng, what| {
+        let mut memory = state.hit();
+        state.spoil_hits(&mut memory, rng);
+        let push = state.push();
+        memory.run(Kernel::Shade, &state.spec, &push);
+        memory.run(Kernel::Scan, &state.spec, &push);
+        state.spoil_surfaces(&mut memory, rng);
+        children += memory.next_queue[0].count;
+        check(bench, state, &memory, Kernel::Spawn, &push, what);
+    });
+    assert!(children > 1000, "only {children} children");
+}
+
+#[test]
+fn shadow() {
+    let mut clamped = 0;
+    each_state(0..4, |bench, state, rng, what| {
+        let mut memory = state.hit();
+        memory.run(Kernel::Shade, &state.spec, &state.push());
+        state.place_lights(&mut memory, rng);
+        let all = state.spec.light_count;
+        // The hierarchy takes lights in any number of passes; brute force takes one a pass.
+        let cuts: &[&[u32]] =
+            if state.spec.use_bvh != 0 { &[&[0, 5], &[0, 2, 5]] } else { &[&[0, 1, 2, 3, 4, 5]] };
+        for cut in cuts {
+            assert_eq!(cut.last(), Some(&all));
+            let mut now = memory.clone();
+            for pass in cut.windows(2) {
+                let push = state.lights(pass[0], pass[1]);
+                now = check(bench, state, &now, Kernel::Shadow, &push, &format!("{what}, lights {pass:?}"));
+            }
+            assert!(now.depth_counts[0].shadow > 100, "{:?}: {what}", now.depth_counts[0]);
+            clamped += now.counters[COUNTER_CLAMPED_LIGHTS as usize];
+        }
+    });
+    assert!(clamped > 0, "no light touches a surface");
+}
+
+#[test]
+fn gather() {
+    each_state(0..4, |bench, state, rng, what| {
+        let mut memory = state.memory.clone();
+        let mut slot = 0;
+        for i in 0..state.count() {
+            slot += u32::from(rng.below(3) == 0);
+            memory.rays[i].slot = slot;
+            let scale = rng.pick(&[1.0, 1e-30, 1e30, -1.0, 1e-40, 3e38, f32::INFINITY, f32::NAN, 0.0, -0.0]);
+            memory.contributions[i] = rng.vector().map(|c| c * scale);
+        }
+        memory.slots.iter_mut().for_each(|s| *s = rng.vector());
+        check(bench, state, &memory, Kernel::Gather, &state.push(), what);
+    });
+}
+
+#[test]
+fn resolve() {
+    each_state(0..4, |bench, state, rng, what| {
+        let mut memory = state.memory.clone();
+        for s in &mut memory.slots {
+            let scale = rng.pick(&[1.0, 1.0, 1e-8, 1e8, 1e-40, 3e38, f32::NAN, 0.0, -0.0]);
+            *s = rng.vector().map(|c| c * scale);
+        }
+        for f in &mut memory.film {
+            f.sum = rng.vector();
+            f.compensation = rng.vector().map(|c| c * 1e-7);
+        }
+        let push = Push { tile_pixels: 101, batch_samples: 5, items: 101, ..state.push() };
+        check(bench, state, &memory, Kernel::Resolve, &push, what);
+    });
+}
+
+#[test]
+fn one_flipped_bit_anywhere_is_seen() {
+    let state = State::new(variants()[0].1, 5);
+    let mut memory = state.hit();
+    memory.run(Kernel::Shade, &state.spec, &state.push());
+    memory.depth_counts.iter_mut().for_each(|d| d.shadow = 3);
+    memory.film.iter_mut().for_each(|f| f.sum = [1.0; 3]);
+    memory.self_test.fill(1.0);
+    memory.contributions.iter_mut().chain(&mut memory.slots).for_each(|s| *s = [1.0; 3]);
+    assert!(differences(&memory, &memory.clone()).is_empty());
+    for (name, _, buffer) in BUFFERS {
+        let mut other = memory.clone();
+        spoil(&mut other, *buffer);
+        assert_eq!(differences(&memory, &other).len(), 1, "{name}");
+    }
+}
+
+#[test]
+fn a_kernel_that_is_wrong_by_one_operation_is_seen() {
+    let state = State::new(variants()[0].1, 3);
+    let mut honest = state.hit();
+    let mut wrong = honest.clone();
+    honest.run(Kernel::Shade, &state.spec, &state.push());
+    // The ray points the other way by one unit in the last place.
+    for r in &mut wrong.rays[..state.count()] {
+        r.direction[0] = f32::from_bits(r.direction[0].to_bits() ^ 1);
+    }
+    wrong.run(Kernel::Shade, &state.spec, &state.push());
+    wrong.rays = honest.rays.clone();
+    assert!(!differences(&honest, &wrong).is_empty());
+}
+
+#[test]
+fn a_kernel_with_a_planted_defect_differs_from_its_twin() {
+    let device = device();
+    let state = State::new(variants()[0].1, 3);
+    for (kernel, defect) in [
+        (Kernel::Intersect, DEFECT_MOELLER_TRUMBORE),
+        (Kernel::Intersect, DEFECT_NAIVE_QUADRATIC),
+        (Kernel::Shade, DEFECT_SCHLICK_INSIDE),
+        (Kernel::Resolve, DEFECT_NAIVE_SUM),
+    ] {
+        let mut memory = state.hit();
+        memory.film.iter_mut().for_each(|f| *f = Film { sum: [1e6; 3], compensation: [0.0; 3] });
+        let push = Push { tile_pixels: 101, batch_samples: 5, ..state.push() };
+        let mut bench = Bench::new(&device, &Specialisation { defect, ..state.spec }, &memory);
+        bench.upload(&memory);
+        bench.run(kernel, &push, push.items);
+        let mut twin = memory.clone();
+        twin.run(kernel, &state.spec, &push);
+        assert!(
+            !differences(&twin, &bench.download(&memory)).is_empty(),
+            "defect {defect} of {kernel:?} passes"
+        );
+    }
+}

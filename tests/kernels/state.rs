@@ -1,0 +1,420 @@
+//! Random buffers for one kernel: a scene and a queue of rays, with values that ordinary scenes never
+//! bring together.
+
+use crate::common::{Rng, queue_of};
+use glam::{DVec3, Vec3};
+use whitted::abi::*;
+use whitted::bvh::{self, Item};
+use whitted::cpu::twin::single::Memory;
+use whitted::cpu::twin::single::lib::r#box::{sphere_box, triangle_box};
+use whitted::frame::Bounds;
+use whitted::kernels::Kernel;
+
+/// What a kernel is compiled for.
+#[derive(Debug, Clone, Copy)]
+pub struct Variant {
+    workgroup: u32,
+    bvh: bool,
+    smooth: bool,
+    media: u32,
+    branching: bool,
+    triangles: u32,
+    spheres: u32,
+    wide: bool,
+    robust: bool,
+    origin_fixed: bool,
+}
+
+/// Everything on, everything off, and the report's way.
+pub fn variants() -> [(&'static str, Variant); 3] {
+    [
+        (
+            "brute force, branching",
+            Variant {
+                workgroup: 64,
+                bvh: false,
+                smooth: true,
+                media: 3,
+                branching: true,
+                triangles: 21,
+                spheres: 7,
+                wide: true,
+                robust: true,
+                origin_fixed: false,
+            },
+        ),
+        (
+            "hierarchy, mirrors only",
+            Variant {
+                workgroup: 32,
+                bvh: true,
+                smooth: false,
+                media: 0,
+                branching: false,
+                triangles: 90,
+                spheres: 40,
+                wide: false,
+                robust: true,
+                origin_fixed: false,
+            },
+        ),
+        (
+            "fast, fixed origins",
+            Variant {
+                workgroup: 128,
+                bvh: false,
+                smooth: false,
+                media: 2,
+                branching: true,
+                triangles: 30,
+                spheres: 9,
+                wide: false,
+                robust: false,
+                origin_fixed: true,
+            },
+        ),
+    ]
+}
+
+/// Rays in the queue: no multiple of any workgroup.
+const RAYS: u32 = 1201;
+const MATERIALS: u32 = 12;
+const SOLIDS: u32 = 4;
+const LIGHTS: u32 = 5;
+
+pub struct State {
+    pub spec: Specialisation,
+    pub memory: Memory,
+}
+
+impl State {
+    pub fn new(v: Variant, seed: u32) -> State {
+        let mut rng = Rng::new(seed);
+        let spec = Specialisation {
+            workgroup: v.workgroup,
+            triangle_count: v.triangles,
+            sphere_count: v.spheres,
+            light_count: LIGHTS,
+            use_bvh: u32::from(v.bvh),
+            smooth_normals: u32::from(v.smooth),
+            media_capacity: v.media,
+            wide_spheres_used: u32::from(v.wide),
+            robust: u32::from(v.robust),
+            origin_fixed: u32::from(v.origin_fixed),
+            branching: u32::from(v.branching),
+            loop_cap: 7500,
+            ..Specialisation::default()
+        };
+        let length = |buffer| match buffer {
+            Buf::Media | Buf::NextMedia => (2 * RAYS * v.media) as usize,
+            Buf::Totals | Buf::Offsets => 700,
+            Buf::DepthCounts => 4,
+            Buf::Counters => COUNTERS as usize,
+            Buf::EyeMedia => v.media as usize,
+            Buf::Queue | Buf::NextQueue => 1,
+            _ => 2 * RAYS as usize,
+        };
+        let mut m = Memory::poisoned(length);
+        m.camera = vec![camera(&mut rng)];
+        m.materials = (0..MATERIALS).map(|i| material(&mut rng, i)).collect();
+        m.solid_iors = (0..=SOLIDS).map(|_| rng.pick(&[1.0, 1.5, 1.5, 2.4, 0.001, 1000.0])).collect();
+        m.solid_priorities = (0..=SOLIDS).map(|_| rng.pick(&[0, 0, 1, -3, i32::MAX])).collect();
+        m.lights = (0..LIGHTS)
+            .map(|_| Light { position: rng.vector(), intensity: [1.0, 0.5, 3e4], pad: 0 })
+            .collect();
+        shapes(&mut m, &mut rng, v);
+        for list in [&mut m.media, &mut m.eye_media] {
+            list.iter_mut().for_each(|w| *w = rng.below(SOLIDS + 1));
+        }
+        m.rays[..RAYS as usize].iter_mut().enumerate().for_each(|(i, r)| r.slot = i as u32);
+        let rays: Vec<Ray> = (0..RAYS).map(|i| ray(&m, &mut rng, i)).collect();
+        m.rays[..RAYS as usize].copy_from_slice(&rays);
+        // The last ray is the one that a group's spare invocations might do again.
+        let last = &mut m.rays[RAYS as usize - 1];
+        match seed % 2 {
+            0 => last.origin[0] = f32::NAN,
+            _ => *last = Ray { slot: last.slot, ..rays[1] },
+        }
+        m.queue = vec![queue_of(RAYS, v.workgroup)];
+        m.words_mut(Buf::DepthCounts).fill(0);
+        m.words_mut(Buf::Counters).fill(0);
+        m.slots.iter_mut().for_each(|s| *s = rng.vector());
+        State { spec, memory: m }
+    }
+
+    pub fn count(&self) -> usize {
+        RAYS as usize
+    }
+
+    pub fn push(&self) -> Push {
+        Push { depth: 1, last_depth: 2, capacity: 2 * RAYS, items: RAYS, ..Push::default() }
+    }
+
+    /// Push constants of a `shadow` pass.
+    pub fn lights(&self, light_begin: u32, light_end: u32) -> Push {
+        Push { light_begin, light_end, ..self.push() }
+    }
+
+    /// The state after `intersect`; contributions hold something for a second `shadow` pass to add to.
+    pub fn hit(&self) -> Memory {
+        let mut m = self.memory.clone();
+        m.run(Kernel::Intersect, &self.spec, &self.push());
+        m.words_mut(Buf::Counters).fill(0);
+        m
+    }
+
+    /// Hits that no ray has: any primitive at any place, corners and beyond.
+    pub fn spoil_hits(&self, m: &mut Memory, rng: &mut Rng) {
+        let all = self.spec.triangle_count + self.spec.sphere_count;
+        for h in m.hits[..RAYS as usize].iter_mut().step_by(3) {
+            let edge = [0.0, -0.0, 1.0, 0.5, 1e-30, -1e-7, 2.0, f32::NAN];
+            *h = Hit {
+                t: rng.pick(&[1.0, 0.0, 1e-30, 1e30, -1.0, 1e-40]) * rng.unit(),
+                u: rng.pick(&edge),
+                v: rng.pick(&edge),
+                primitive: rng.below(all),
+            };
+        }
+    }
+
+    /// Directions and ratios that a sound surface never has.
+    pub fn spoil_surfaces(&self, m: &mut Memory, rng: &mut Rng) {
+        for s in m.surfaces[..RAYS as usize].iter_mut().step_by(4).filter(|s| s.primitive != NONE) {
+            s.normal = spicy(rng);
+            s.offset = rng.vector().map(|c| c * rng.pick(&[0.0, -0.0, 1e-7, 1e-40, 1.0]));
+            s.eta = rng.pick(&[1.0, 0.5, 2.0, 1e-3, 1e3, f32::NAN]);
+            s.cosine = rng.pick(&[0.0, 1.0, 0.3, 1e-8]);
+            s.share = rng.pick(&[0.0, 1.0, 0.25, -0.0]);
+        }
+    }
+
+    /// Lights anywhere, on a surface, at the offset's distance from one, and very far.
+    pub fn place_lights(&self, m: &mut Memory, rng: &mut Rng) {
+        let struck: Vec<Surface> =
+            m.surfaces[..RAYS as usize].iter().copied().filter(|s| s.primitive != NONE).collect();
+        // The last one is also what spare invocations might do again.
+        let (on, near) = (rng.pick(&struck), struck[struck.len() - 1]);
+        let half = Vec3::from(near.position) + 0.5 * Vec3::from(near.offset);
+        m.lights[0].position = on.position;
+        m.lights[1].position = half.into();
+        m.lights[2].position = rng.vector().map(|c| c * 1e12);
+        for c in m.contributions.iter_mut() {
+            *c = rng.vector();
+        }
+    }
+}
+
+fn camera(rng: &mut Rng) -> Camera {
+    Camera {
+        origin: rng.vector(),
+        forward: rng.direction(),
+        right: rng.vector(),
+        up: rng.vector().map(|c| c * 1e-3),
+        advance: rng.unit() * 100.0,
+        step_x: 2.0 / 640.0,
+        step_y: 2.0 / 480.0,
+        background_r: 0.1,
+        background_g: 0.2,
+        background_b: 0.7,
+        origin_shift: 0.01,
+    }
+}
+
+fn material(rng: &mut Rng, i: u32) -> Material {
+    Material {
+        diffuse: if i == 0 { [0.0; 3] } else { rng.vector().map(f32::abs) },
+        ambient: rng.pick(&[0.0, 0.3, 1.0]),
+        secondary: rng.pick(&[0.0, 1.0, 0.5, 0.5, 1e-30]),
+        fresnel: rng.pick(&[0.0, 1.0, 0.4]),
+        fresnel_kind: i % 3,
+        ior: rng.pick(&[1.0, 1.5, 1e-3, 1e3]),
+    }
+}
+
+/// A vector of any length, zero, along an axis, or no vector at all.
+fn spicy(rng: &mut Rng) -> [f32; 3] {
+    let scale = rng.pick(&[1.0, 1.0, 1e-20, 1e18, 1e-38]);
+    match rng.below(8) {
+        0 => [0.0, -0.0, 0.0],
+        1 => [0.0, -scale, -0.0],
+        2 => [f32::NAN, 0.0, 1.0],
+        3 => [scale, scale, -scale],
+        _ => rng.vector().map(|c| c * scale),
+    }
+}
+
+/// Triangles and spheres of many sizes, some sharing edges, some in the coordinate planes.
+fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
+    let mut triangles: Vec<Triangle> = Vec::new();
+    while triangles.len() < v.triangles as usize {
+        let scale = rng.pick(&[1.0, 0.3, 1e-3, 1e-6, 50.0]);
+        let a = Vec3::from(rng.vector());
+        let mut corner = || a + scale * Vec3::from(rng.vector());
+        let (b, c) = (corner(), corner());
+        match triangles.len() % 4 {
+            // Two that share an edge, as a mesh's do.
+            0 => {
+                triangles.push(Triangle { a: a.into(), b: b.into(), c: c.into() });
+                triangles.push(Triangle { a: c.into(), b: b.into(), c: (b + c - a).into() });
+            }
+            // In a coordinate plane, with corners that f32 holds exactly.
+            2 => {
+                let z = 0.25 * rng.below(4) as f32;
+                triangles.push(Triangle { a: [-0.5, -0.5, z], b: [0.5, -0.5, z], c: [-0.5, 0.5, z] });
+            }
+            _ => triangles.push(Triangle { a: a.into(), b: b.into(), c: c.into() }),
+        }
+    }
+    triangles.truncate(v.triangles as usize);
+    let spheres: Vec<Sphere> = (0..v.spheres)
+        .map(|_| Sphere { center: rng.vector(), radius: rng.pick(&[0.2, 0.5, 1e-4, 30.0, 1e4]) })
+        .collect();
+    let bounds = |(lo, hi): (Vec3, Vec3)| Bounds { lo: lo.as_dvec3(), hi: hi.as_dvec3() };
+    let items: Vec<Item> = triangles
+        .iter()
+        .map(|t| Item { bounds: bounds(triangle_box(t)), is_sphere: false })
+        .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
+        .collect();
+    let order: Vec<u32> = if v.bvh {
+        let built = bvh::build(&items);
+        m.nodes = built.nodes.iter().map(Node::from).collect();
+        // Equally many for every seed, so that one set of buffers serves all.
+        m.nodes.resize(items.len(), Node::default());
+        built.order
+    } else {
+        m.nodes = vec![Node::default()];
+        (0..items.len() as u32).collect()
+    };
+    let (of_triangles, of_spheres) = order.split_at(triangles.len());
+    m.triangles = of_triangles.iter().map(|i| triangles[*i as usize]).collect();
+    m.spheres = of_spheres.iter().map(|i| spheres[*i as usize - triangles.len()]).collect();
+    m.triangle_infos = of_triangles
+        .iter()
+        .zip(&m.triangles)
+        .map(|(id, t)| {
+            let [a, b, c] = [t.a, t.b, t.c].map(|c| Vec3::from(c).as_dvec3());
+            let normal = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3().to_array();
+            let (material, solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
+            TriangleInfo { normal, geometric: normal, material, solid, id: *id, inner_edges: *id % 4 }
+        })
+        .collect();
+    m.sphere_infos = of_spheres
+        .iter()
+        .map(|id| {
+            let (material, solid) = (rng.below(MATERIALS), 1 + rng.below(SOLIDS));
+            SphereInfo { material, solid, id: *id, wide: NONE }
+        })
+        .collect();
+    // Every second sphere in double length, large or small, with its box as the stand-in.
+    let count = if v.wide { m.spheres.len() / 2 } else { 0 };
+    m.wide_spheres = (0..count)
+        .map(|i| {
+            let radius = rng.pick(&[1e-5, 1e-3, 1e4, 6e6, 1e9]);
+            let normal = Vec3::from(rng.direction());
+            let point = Vec3::from(rng.vector());
+            let center = point - radius * normal;
+            m.spheres[i] = Sphere { center: center.into(), radius: -radius * 1.000_001 - 1e-6 };
+            m.sphere_infos[i].wide = i as u32;
+            let low = |v: Vec3, rng: &mut Rng| (3e-8 * v * Vec3::from(rng.vector())).to_array();
+            WideSphere {
+                point: point.into(),
+                point_low: low(point, rng),
+                normal: normal.into(),
+                normal_low: low(normal, rng),
+                radius,
+                radius_low: 2e-8 * radius * rng.signed(),
+            }
+        })
+        .collect();
+    if m.wide_spheres.is_empty() {
+        m.wide_spheres = vec![WideSphere::default()];
+    }
+    m.corner_normals = m
+        .triangle_infos
+        .iter()
+        .map(|info| {
+            let n = Vec3::from(info.geometric);
+            let mut lean = || (n + 0.7 * Vec3::from(rng.vector())).normalize_or(n).to_array();
+            let (a, b, c) = (lean(), lean(), lean());
+            match info.id % 4 {
+                0 => CornerNormals::default(),
+                1 => CornerNormals { a, b: a.map(|x| -x), c },
+                _ => CornerNormals { a, b, c },
+            }
+        })
+        .collect();
+}
+
+/// A sphere with its radius, also where that is written in double length.
+fn real_sphere(m: &Memory, at: u32) -> Sphere {
+    match m.wide_spheres.get(m.sphere_infos[at as usize].wide as usize) {
+        Some(w) => {
+            let center = Vec3::from(w.point) - w.radius * Vec3::from(w.normal);
+            Sphere { center: center.into(), radius: w.radius }
+        }
+        None => m.spheres[at as usize],
+    }
+}
+
+/// A ray at or from something: corners, edges, rims, axes, and nonsense.
+fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
+    let t = m.triangles[rng.below(m.triangles.len() as u32) as usize];
+    let s = real_sphere(m, rng.below(m.spheres.len() as u32));
+    let [a, b, c] = [t.a, t.b, t.c].map(Vec3::from);
+    let mut origin = 1.5 * Vec3::from(rng.vector());
+    let (u, v) = (rng.unit(), rng.unit());
+    let inside = a + 0.5 * u * (b - a) + 0.5 * v * (c - a);
+    let mut target = inside;
+    let mut skip = NONE;
+    let axis = rng.pick(&[Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Z]);
+    match slot % 12 {
+        0 => target = a,
+        1 => target = a + u * (b - a),
+        // In the triangle's plane.
+        2 => origin = a + (b - a) + (c - a),
+        3 => target = Vec3::from(s.center) + s.radius * Vec3::from(rng.direction()),
+        // Tangent: past the sphere at a distance of its radius.
+        4 => {
+            origin = Vec3::from(s.center) + s.radius * axis.any_orthogonal_vector() - 3.0 * axis;
+            target = origin + axis;
+        }
+        // From within a sphere, and from its surface.
+        5 => origin = Vec3::from(s.center) + 0.5 * s.radius * Vec3::from(rng.direction()),
+        6 => {
+            let at = rng.below(m.spheres.len() as u32);
+            let s = real_sphere(m, at);
+            origin = Vec3::from(s.center) + s.radius * Vec3::from(rng.direction());
+            skip = m.triangles.len() as u32 + at;
+        }
+        // From a triangle's surface.
+        7 => {
+            let at = rng.below(m.triangles.len() as u32);
+            let t = m.triangles[at as usize];
+            origin = (Vec3::from(t.a) + Vec3::from(t.b) + Vec3::from(t.c)) / 3.0;
+            skip = at;
+        }
+        // Along an axis, in or beside a coordinate plane; also with -0.
+        8 => {
+            origin = Vec3::new(0.25, rng.pick(&[0.25, 0.0, -0.0, 0.5]), 0.25 * rng.below(4) as f32) - axis;
+            target = origin + axis;
+        }
+        _ => {}
+    }
+    let mut direction = (target - origin).normalize_or(axis);
+    match slot % 50 {
+        13 => direction = Vec3::from(spicy(rng)),
+        14 => origin.y = f32::NAN,
+        15 => origin.z = f32::INFINITY,
+        16 => direction.x = f32::NEG_INFINITY,
+        17 => origin *= 1e12,
+        18 => direction *= 1e-12,
+        _ => {}
+    }
+    Ray {
+        origin: origin.into(),
+        direction: direction.into(),
+        throughput: rng.vector().map(f32::abs),
+        slot,
+        skip,
+    }
+}

@@ -1,0 +1,54 @@
+//! Every scene under the validation layer with synchronisation validation: it says nothing; and it
+//! does say something when a barrier is missing.
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{render, scenes, small};
+use whitted::abi::Buf;
+use whitted::kernels::Kernel;
+use whitted::render::Renderer;
+use whitted::settings::{DeviceChoice, Schedule, Settings};
+
+fn validated() -> Renderer {
+    Renderer::new(&DeviceChoice::Cpu, true)
+        .unwrap_or_else(|e| panic!("these tests need the validation layer: {e}"))
+}
+
+#[test]
+fn every_scene_is_valid() {
+    let mut renderer = validated();
+    for (name, scene) in scenes() {
+        let schedule = Schedule { tile_pixels: Some(120), batch_samples: Some(1), ..Schedule::default() };
+        let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
+        render(&mut renderer, &scene, &settings);
+        let messages = renderer.validation_messages();
+        assert!(messages.is_empty(), "{name}: {}", messages.join("\n"));
+    }
+}
+
+#[test]
+fn a_missing_barrier_is_reported() {
+    let (_, scene) = scenes().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
+    // Each with the buffer that the pass after it reads too early. Not `spawn`: what it writes is read
+    // a depth later, behind other barriers; and `resolve` is followed by the next batch alone.
+    for (kernel, buffer) in [
+        (Kernel::Generate, Buf::Rays),
+        (Kernel::Intersect, Buf::Hits),
+        (Kernel::Shade, Buf::Totals),
+        (Kernel::Scan, Buf::Counters),
+        (Kernel::Shadow, Buf::Contributions),
+        (Kernel::Gather, Buf::Slots),
+    ] {
+        let mut renderer = validated();
+        renderer.omit_barrier_after(Some(kernel));
+        render(&mut renderer, &scene, &small(&scene, 8, 1, 0));
+        let messages = renderer.validation_messages();
+        let binding = format!("binding #{} ", buffer as u32);
+        // Other messages are about the marker of the last pass, which has the same barrier.
+        let told = messages.iter().any(|m| m.contains("READ_AFTER_WRITE") && m.contains(&binding));
+        assert!(told, "no barrier after {}, no word of {buffer:?}:\n{}", kernel.name(), messages.join("\n"));
+    }
+}
