@@ -42,7 +42,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     real along = dot3(to_light, s.normal);
     bool faces = lit_at_all && along > 0.0 && dot3(to_light, s.offset) > 0.0;
     real squared = dot3(to_light, to_light);
-    // A light nearer than the spawn offset cannot be resolved; its distance is clamped (numerics 2.6).
+    // A light nearer than the spawn offset cannot be resolved; its distance is clamped (numerics.md, Shading).
     real least_squared = dot3(s.offset, s.offset);
     if (faces && squared < least_squared && defect != DEFECT_LIGHT_CONTACT) {
         atomicAdd(counters[COUNTER_CLAMPED_LIGHTS], 1u);
@@ -52,7 +52,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     // What faces no light has no ray; any finite one stands in for it.
     real3 origin = faces ? spawn_origin(s.position, s.offset, away, camera[0].origin_shift) : real3(0.0);
     real3 direction = faces ? lights[l].position - origin : real3(1.0);
-    // The whole segment is one unit of t: occluders lie strictly between (numerics 1, shadow ray).
+    // The whole segment is one unit of t: occluders lie strictly between (numerics.md, Spawn origins).
     TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
     if (use_bvh == 0u || faces) blocked = closest_hit(r, before_light(lights[l].position, direction), true).primitive != NONE;

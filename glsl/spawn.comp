@@ -21,7 +21,7 @@ UPDATES(counters)
 #include "surface.glsl"
 #include "fresnel.glsl"
 
-// A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics 2.5).
+// A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics.md, Shading).
 real3 above(real3 direction, real3 offset) {
     if (smooth_normals == 0u || defect == DEFECT_BELOW_SURFACE) return direction;
     real3 n = safe_normalize(offset);

@@ -117,7 +117,7 @@ host {
     /// The eye in the local frame, 76 bytes (f64: 136). Written by `pack`, read by `generate`.
     /// A primary ray starts on the plane `advance` in front of the eye, which has all geometry
     /// behind it: its origin then rounds with the scene's size, not with the eye's distance
-    /// (numerics 2.7).
+    /// (numerics.md, Camera).
     struct Camera {
         /// The eye moved `advance` along `forward`.
         origin: real3,
@@ -219,7 +219,7 @@ host {
     }
 
     /// Two children of a binary BVH with their boxes, 56 bytes. Boxes are rounded outward and padded
-    /// (numerics 8.4). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
+    /// (numerics.md, Boxes). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
     /// first primitive; a leaf holds triangles or spheres, never both.
     struct Node {
         /// Least corner of the first child's box.
@@ -331,7 +331,7 @@ device {
         reflections: uint,
     }
 
-    /// Running sum of a pixel's samples, 24 bytes: Neumaier's sum and compensation (numerics 8.6).
+    /// Running sum of a pixel's samples, 24 bytes: Neumaier's sum and compensation (numerics.md, Accumulation).
     struct Film {
         /// Sum, linear RGB.
         sum: vec3,

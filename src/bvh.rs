@@ -32,7 +32,7 @@ const BINS: usize = 16;
 const LEAF_TARGET: usize = 2;
 
 /// Boxes grow by this on every side: Woop's own enlargement is at most 20u in a frame of radius 1,
-/// 32u = 2^-19 covers it (numerics 2.4).
+/// 32u = 2^-19 covers it (numerics.md, Boxes).
 pub const PADDING: f64 = 1.0 / 524_288.0;
 
 struct Builder<'a> {

@@ -1,5 +1,5 @@
 //! The local frame: kernels see `(world - center) * 2^scale_log2`, so that the scene fills a ball of
-//! radius in (1/2, 1] and f32 spends its bits on it (numerics, finding 7). The power of two is exact:
+//! radius in (1/2, 1] and f32 spends its bits on it (numerics.md, Local frame). The power of two is exact:
 //! scaling a scene by one changes no bit of its image.
 
 use crate::scene::{Camera, Scene};

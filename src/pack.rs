@@ -101,8 +101,8 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let mut degenerate_triangles = 0;
     for (id, t) in flat.iter().enumerate() {
         let corners = t.corners.map(|c| round.point(c));
-        // From the rounded corners, in f64: of f32 numbers the products are exact, so zero means
-        // exactly no area (numerics 1, scene load).
+        // From the rounded corners, in f64, where products of f32 numbers are exact and the rest is
+        // good to 2^-52: zero means no area (numerics.md, Local frame).
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let kept = planted(Defect::KeepDegenerate).then_some(DVec3::Y);
         let Some(geometric) = normalized(cross).or(kept) else {
@@ -213,7 +213,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
 }
 
 /// Radii that single numbers serve: outside, a ratio of distance to radius above 2^15 leaves f32 no
-/// silhouette (numerics 2.2: f32 holds to 1e5), and a surface too far from its centre no position.
+/// silhouette (numerics.md, Spheres: f32 holds to 1e5), and a surface too far from its centre no position.
 pub(crate) const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
 
 /// Materials that some surface has.

@@ -1,4 +1,4 @@
-//! What a device's arithmetic is worth, asked of the device (numerics, finding 8): Vulkan promises
+//! What a device's arithmetic is worth, asked of the device (numerics.md, Self-test): Vulkan promises
 //! less than the kernels need, and vendors' names promise nothing.
 
 use crate::abi::{self, BUFFERS, Buf, Push, Specialisation};

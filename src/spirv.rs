@@ -36,7 +36,7 @@ mod decoration {
 const STORAGE_CLASS_STORAGE_BUFFER: u32 = 12;
 
 /// GLSL.std.450 instructions whose roundings no one states, so that the numeric core may not use
-/// them: 34 Round.., 46 FMix, 50 Fma, 66 Length, 67 Distance, 68 Cross, 69 Normalize, 71 Reflect,
+/// them: 46 FMix, 50 Fma, 66 Length, 67 Distance, 68 Cross, 69 Normalize, 71 Reflect,
 /// 72 Refract (numbers of the extended instruction set specification).
 const BANNED_EXT_INST: [u32; 8] = [46, 50, 66, 67, 68, 69, 71, 72];
 
@@ -156,7 +156,7 @@ pub fn read(words: &[u32]) -> Result<Module, String> {
 }
 
 /// Decorates every float addition, subtraction, multiplication and division `NoContraction`, so that
-/// no driver may fuse them: GLSL's `precise` stops at function borders (numerics, finding 3).
+/// no driver may fuse them: GLSL's `precise` stops at function borders (numerics.md, Contraction).
 pub fn forbid_contraction(words: &[u32]) -> Vec<u32> {
     let mut marked = BTreeSet::new();
     let mut wanted = Vec::new();

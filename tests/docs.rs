@@ -265,24 +265,61 @@ fn the_scene_formats_example_is_a_scene() {
 
 #[test]
 fn files_that_are_linked_exist() {
-    for page in [
-        "README.md",
-        "ARCHITECTURE.md",
-        "CHANGELOG.md",
-        "docs/extremes.md",
-        "docs/scene-format.md",
-        "scenes/README.md",
-    ] {
-        let text = read(page);
+    // Every page of `docs`, whatever is added there.
+    let docs = std::fs::read_dir(path("docs")).expect("docs").map(|e| e.expect("an entry").file_name());
+    let docs = docs.filter_map(|f| Some(format!("docs/{}", f.to_str()?))).filter(|f| f.ends_with(".md"));
+    let others = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "scenes/README.md"].map(String::from);
+    for page in docs.chain(others) {
+        let text = read(&page);
         for link in text.split("](").skip(1).filter_map(|t| t.split(')').next()) {
             let file = link.split('#').next().unwrap_or_default();
             if file.is_empty() || file.contains("://") {
                 continue;
             }
-            let target = path(page).parent().expect("a folder").join(file);
+            let target = path(&page).parent().expect("a folder").join(file);
             assert!(target.exists(), "{page} links to {link}, which is not there");
         }
     }
+}
+
+/// Sections of the page on numerics that `text` cites ("numerics.md, Boxes") or links to
+/// ("numerics.md#boxes") but `page` does not have.
+fn unknown_sections(text: &str, page: &str) -> Vec<String> {
+    let sections: Vec<&str> = page.lines().filter_map(|l| l.strip_prefix("## ")).collect();
+    let anchor = |s: &&str| s.to_lowercase().replace(' ', "-");
+    let cited = text.split("numerics.md, ").skip(1).filter(|t| !sections.iter().any(|s| t.starts_with(s)));
+    let linked = text.split("numerics.md#").skip(1).filter_map(|t| t.split(')').next());
+    let linked = linked.filter(|t| !sections.iter().any(|s| anchor(s) == **t));
+    cited.chain(linked).map(|t| t.chars().take(40).collect()).collect()
+}
+
+#[test]
+fn cited_sections_of_the_numerics_exist() {
+    fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let file = entry.expect("an entry").path();
+            if file.is_dir() {
+                sources(&file, found);
+            } else if file.extension().is_some_and(|e| ["rs", "glsl", "comp"].iter().any(|x| e == *x)) {
+                found.push(file);
+            }
+        }
+    }
+    let page = read("docs/numerics.md");
+    let mut files = vec![path("README.md"), path("ARCHITECTURE.md")];
+    for folder in ["src", "glsl", "tests"] {
+        sources(&path(folder), &mut files);
+    }
+    files.retain(|f| !f.ends_with("tests/docs.rs"));
+    let mut citing = 0;
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("a text");
+        citing += usize::from(text.contains("numerics.md, "));
+        assert_eq!(unknown_sections(&text, &page), [""; 0], "{}", file.display());
+    }
+    assert!(citing > 10, "only {citing} files cite the page");
+    assert_eq!(unknown_sections("(numerics.md, Boxes) numerics.md#local-frame)", &page), [""; 0]);
+    assert_eq!(unknown_sections("(numerics.md, Spells) numerics.md#spells)", &page).len(), 2);
 }
 
 #[test]

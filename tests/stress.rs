@@ -35,6 +35,15 @@ fn every_case_passes_on_the_twins() {
     all_pass(&mut Twins::default(), Precision::Robust);
 }
 
+#[test]
+fn every_case_has_a_name_of_its_own() {
+    let mut names: Vec<&str> = cases().iter().map(|c| c.name).collect();
+    names.sort_unstable();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count);
+}
+
 /// A case that cannot fail proves nothing. An error counts as failing: it is no silent pass.
 #[test]
 fn every_case_fails_with_the_mistake_it_guards_against() {

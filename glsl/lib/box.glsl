@@ -1,12 +1,12 @@
 // Ray/box by slabs: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013, with the factor for Vulkan's
-// 2.5-ulp division (numerics 2.4): t = (b - o) * (1/d) carries (1 + 2u)^7.
+// 2.5-ulp division (numerics.md, Boxes): t = (b - o) * (1/d) carries (1 + 2u)^7.
 
 const real SLAB_GROW = defect == DEFECT_NARROW_SLAB ? real(1.0) : 1.0 + 16.0 * U; // 1 + 2 g(7), rounded up to a power of two
-// Boxes are in f32 at both precisions; what is compared with them carries f32's pad.
+// f32's pad at both precisions, though f64 could do with less.
 const float PAD = defect == DEFECT_HOST_TINY_BOX ? 0.0 : 1.9073486328125e-6; // 2^-19: Woop's own enlargement is at most 20u, 32u covers it
 
 // 1/d with |d| >= 2^-80, sign kept, so that no product is NaN; the padding of the boxes keeps a ray
-// that lies in a face inside (numerics 2.4).
+// that lies in a face inside (numerics.md, Boxes).
 real safe_reciprocal(real d) {
     if (defect == DEFECT_NARROW_SLAB) return 1.0 / d;
     real m = abs(d);

@@ -13,7 +13,7 @@ real transmitted_cosine_squared(real3 scaled, real eta, real c) {
     return defect == DEFECT_CLAMPED_CRITICAL && k < 0.0 ? real(0.0) : k;
 }
 
-// Unpolarised dielectric reflectance (numerics 8.10); ct = transmitted cosine.
+// Unpolarised dielectric reflectance (numerics.md, Refraction); ct = transmitted cosine.
 real fresnel_exact(real n1, real n2, real c, real ct) {
     real rs = (n1 * c - n2 * ct) / (n1 * c + n2 * ct);
     real rp = (n2 * c - n1 * ct) / (n2 * c + n1 * ct);

@@ -1,5 +1,5 @@
 // Scalar building blocks with stated roundings. u = unit roundoff of `real`, g(n) = n u / (1 - n u).
-// No dot(), cross(), length(), normalize(): their roundings are the driver's (numerics, finding 3).
+// No dot(), cross(), length(), normalize(): their roundings are the driver's (numerics.md, Contraction).
 
 #ifdef REAL_IS_DOUBLE
 const real U = 1.1102230246251565404236316680908203125e-16lf; // 2^-53
@@ -24,7 +24,7 @@ real max_component(real3 v) {
 }
 
 // Unit vector along v, or zero for zero. Scaling by the largest component first keeps v.v in
-// [1, 3], where neither overflow nor underflow touches it (numerics 8.5). 1 / sqrt, not
+// [1, 3], where neither overflow nor underflow touches it (numerics.md, Shading). 1 / sqrt, not
 // inversesqrt: both operations are correctly rounded on IEEE hardware.
 real3 safe_normalize(real3 v) {
     if (defect == DEFECT_BLIND_NORMALISE) return v / sqrt(dot3(v, v));
@@ -34,7 +34,7 @@ real3 safe_normalize(real3 v) {
     return s / sqrt(dot3(s, s));
 }
 
-// Exponent bits all set: NaN or infinity. By bits, since isnan() may be folded away (numerics 2.6).
+// Exponent bits all set: NaN or infinity. By bits, since isnan() may be folded away (numerics.md, Devices).
 bool is_not_finite(real x) {
 #ifdef REAL_IS_DOUBLE
     return (unpackDouble2x32(x).y & 0x7ff00000u) == 0x7ff00000u;
@@ -62,7 +62,7 @@ real product_error(real a, real b, real p) {
     return ((ah * bh - p) + ah * bl + al * bh) + al * bl;
 }
 
-// One step of Neumaier's compensated sum, ZAMM 54 (1974) (numerics 8.6), its two parts brought together
+// One step of Neumaier's compensated sum, ZAMM 54 (1974) (numerics.md, Accumulation), its two parts brought together
 // after each step (Dekker's fast two-sum). Left apart, the compensation grows like a naive sum of the
 // errors, and 2^20 samples lose (2^20 u)^2, some 900 units in the last place; so they lose 2^20 u^2.
 void neumaier(inout vec3 sum, inout vec3 compensation, vec3 x) {

@@ -10,7 +10,7 @@ real nearest_root(real t0, real t1) {
 }
 
 // A ray that starts on the sphere: one root is 0 by definition and the other is the chord 2b/a
-// (numerics, finding 6). The origin is off by up to 6u (|o| + r) in each component, position and spawn
+// (numerics.md, Spheres). The origin is off by up to 6u (|o| + r) in each component, position and spawn
 // offset together, so within 18u (|o| + r) |d| the sign of b is noise; the side that the offset moved
 // the origin to decides then.
 const int OUTWARD = 0, INWARD = 1, GRAZING = 2;
@@ -49,7 +49,7 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
 }
 
 // The same for a sphere whose radius f32 cannot tell from its distance, or the other way round
-// (numerics 2.2: from a ratio of 2^12 on). All in double length; c = |o - p|^2 + 2 r n.(o - p).
+// (numerics.md, Spheres: local radii outside [2^-14, 2^12]). All in double length; c = |o - p|^2 + 2 r n.(o - p).
 bool hit_wide_sphere(WideSphere s, real3 o, real3 d, bool own, out real t) {
     Wide3 n = wide3(s.normal, s.normal_low);
     Wide r = Wide(s.radius, s.radius_low);

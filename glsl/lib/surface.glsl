@@ -1,6 +1,6 @@
 // Position, normal and spawn offset of a hit.
-// Spawn offset (numerics 8.3): bounds the rounding of the hit point, so that a neighbour which the
-// point lies on is not hit from behind; the primitive itself is skipped by identity.
+// Spawn offset (numerics.md, Spawn origins): bounds the rounding of the hit point, so that a neighbour
+// which the point lies on is not hit from behind; the primitive itself is skipped by identity.
 
 struct Point {
     real3 position;

@@ -42,7 +42,7 @@ bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
 
 // Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
 // confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
-// then, and the hierarchy finds what brute force finds, bit for bit (numerics 2.4).
+// then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
 void take_hit(Hit h, real3 lo, real3 hi, TraceRay r, inout Hit best) {
     if (robust != 0u && defect != DEFECT_UNCONFINED) {
         real near, far;
@@ -160,9 +160,10 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
     bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
+    if (defect == DEFECT_NAN_ACCEPTED) finite = true;
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
-    Hit best = Hit(finite || defect == DEFECT_NAN_ACCEPTED ? limit : real(0.0), 0.0, 0.0, NONE);
+    Hit best = Hit(finite ? limit : real(0.0), 0.0, 0.0, NONE);
     if (use_bvh != 0u) {
         walk_bvh(r, any, best);
     } else {

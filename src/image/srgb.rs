@@ -59,7 +59,7 @@ mod tests {
         (max * encode(f64::from(x))).round()
     }
 
-    /// C5: each threshold gives its code, its predecessor the code before.
+    /// Each threshold gives its code, its predecessor the code before.
     fn holds(table: &[f32], code: impl Fn(f32) -> u32) -> bool {
         table.iter().zip(1u32..).all(|(&t, k)| code(t) == k && code(t.next_down()) == k - 1)
     }

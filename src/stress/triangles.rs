@@ -39,7 +39,7 @@ pub const CASES: &[Case] = &[
         name: "flat-boxes",
         does: "grids without extent along an axis, hit at vertices and edges from 1 to 10^4 radii away",
         stands_for: "false misses of the slab test at flat boxes: Ize 2013, tinybvh 286, Embree PR 589",
-        bound: "exact: the box test allows for its 14u (numerics 2.4, B1), the triangle test is watertight",
+        bound: "exact: the box test allows for its 14u (numerics.md, Boxes), the triangle test is watertight",
         guards: &[Defect::NarrowSlab],
         run: flat_boxes,
     },

@@ -1,4 +1,4 @@
-//! Closed forms (numerics 11), rendered on the device.
+//! Closed forms (numerics.md, Closed forms), rendered on the device.
 
 use crate::common::build::{Add, clear, glass, matte, mirror, scene, v};
 use crate::common::{render, renderer, scenes, small};
@@ -91,7 +91,7 @@ fn a_plane_mirror_shows_the_mirrored_scene() {
     // whose law of inverse squares and cosine make four times that of it: 3e-5.
     let far = |a: &[f32; 3], b: &[f32; 3]| (0..3).any(|c| (a[c] - b[c]).abs() > 3e-5 * (0.01 + b[c]));
     let different = a.iter().zip(&b).filter(|(a, b)| far(a, b)).count();
-    // Rounding may move an edge: some 400 pixels of edges and shadow edges, bound of numerics 2.10.
+    // Rounding may move an edge: some 400 pixels of edges and shadow edges, bound of numerics.md, Bounds in tests.
     assert!(different <= 5, "{different} pixels differ from the mirrored scene");
     let shifted = a[1..].iter().zip(&b).filter(|(a, b)| far(a, b)).count();
     assert!(shifted > 1000, "an image shifted by one pixel passes");

@@ -1,4 +1,4 @@
-//! Device against oracle: first hits, colours and ray counts, each within a bound from the numerics.
+//! Device against oracle: first hits, colours and ray counts, each within a bound from docs/numerics.md.
 
 use crate::common::{device, first_hits, render, renderer, scenes, small};
 use whitted::cpu::oracle::{Oracle, OracleImage};
@@ -15,7 +15,7 @@ const SAMPLES: u32 = 4;
 /// image plane in the narrowest of the scenes: 26 * 2^-24 * 32 * 2 = 1.0e-4.
 const DELTA_PX: f64 = 1.0e-4;
 /// Relative error of a colour whose path tree is the oracle's: a hit point is off by up to 16 * 2^-24
-/// scene radii (numerics 8.3) at each of a few depths; where a light is half a scene radius away the
+/// scene radii (numerics.md, Spawn origins) at each of a few depths; where a light is half a scene radius away the
 /// law of inverse squares and the cosine triple and double that: 6 * 3 depths * 9.5e-7 = 1.7e-5.
 const TOLERANCE: f64 = 2.0e-5;
 /// Colours below this are compared with it, not with themselves.
