@@ -154,7 +154,7 @@ impl Cost {
              and, in brackets, lower and upper\nquartile of {ROUNDS} rounds in which every variant runs once, after a \
              warm-up. Below 1 the protection costs time. **Bold** where the middle\nhalf of the rounds stands out of \
              the noise, which is the first row, the same work again, taken as wide above 1 as below; a figure\nthat is \
-             not bold shows no difference. The room is that of above without the sheet, the flake has 91 mirrors above a sphere of radius \
+             not bold is not told from it. The room is that of above without the sheet, the flake has 91 mirrors above a sphere of radius \
              10^6 m, the\nmesh 5,120 triangles. Without a protection an image may be wrong; only its time is shown here.\n\n{}",
             table(&columns, &rows)
         )
