@@ -423,7 +423,7 @@ constants! {
     /// Workgroups per row of a large dispatch: the least maxComputeWorkGroupCount Vulkan promises.
     GROUPS_PER_ROW = 65_535;
     /// Primitives whose tests brute force writes out one by one; more are a loop.
-    UNROLL_MAX = 64;
+    UNROLL_MAX = 32;
     /// Invocations of `scan`, whose one workgroup walks all totals; the least maxComputeWorkGroupInvocations is 128.
     SCAN_WIDTH = 128;
     /// Invocations per workgroup at most; words of a child mask = this / 32.

@@ -10,6 +10,7 @@ use whitted::render::{Quiet, Renderer};
 use whitted::report::Counters;
 use whitted::scene::{self, Scene};
 use whitted::settings::{DeviceChoice, Settings};
+use whitted::stress::moved;
 
 fn scenes() -> Vec<(PathBuf, Scene)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -30,24 +31,6 @@ fn scenes() -> Vec<(PathBuf, Scene)> {
 fn small(scene: &Scene) -> Settings {
     let height = (64 * scene.camera.height).div_ceil(scene.camera.width);
     Settings { width: 64, height, samples: 1, ..Settings::of(scene) }
-}
-
-fn moved(scene: &Scene, scale: f64, by: DVec3) -> Scene {
-    let mut s = scene.clone();
-    let map = |v: &mut DVec3| *v = *v * scale + by;
-    map(&mut s.camera.look_from);
-    map(&mut s.camera.look_at);
-    s.lights.iter_mut().for_each(|l| {
-        map(&mut l.position);
-        l.intensity *= scale * scale;
-    });
-    s.spheres.iter_mut().for_each(|o| {
-        map(&mut o.center);
-        o.radius *= scale;
-    });
-    s.polygons.iter_mut().flat_map(|p| &mut p.vertices).for_each(map);
-    s.meshes.iter_mut().flat_map(|m| &mut m.vertices).for_each(map);
-    s
 }
 
 fn picture(renderer: &mut Renderer, scene: &Scene) -> Vec<[f32; 3]> {

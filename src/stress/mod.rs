@@ -25,6 +25,7 @@ mod tracer;
 mod triangles;
 
 pub use case::{Case, Figure, Harness};
+pub use shapes::moved;
 pub use tracer::{Picture, Tracer, Twins};
 
 /// All cases, in the order they are run.
