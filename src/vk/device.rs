@@ -145,7 +145,11 @@ impl Candidate {
                 "{} {}",
                 text(driver.driver_name_as_c_str()),
                 text(driver.driver_info_as_c_str())
-            ),
+            )
+            // Names and versions come padded, or not at all.
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" "),
             uuid: ids.device_uuid,
             heap,
             queue_family,
