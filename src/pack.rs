@@ -8,6 +8,7 @@ use crate::inside;
 use crate::scene::{Fresnel, Scene};
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// Solids a ray can be in at once, at most.
 pub const MEDIA_MAX: u32 = 8;
@@ -99,6 +100,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let mut items = Vec::with_capacity(flat.len() + scene.spheres.len());
     let any_smooth = flat.iter().any(|t| t.smooth.is_some());
     let mut degenerate_triangles = 0;
+    let mut piles = Piles::default();
     for (id, t) in flat.iter().enumerate() {
         let corners = t.corners.map(|c| round.point(c));
         // From the rounded corners, in f64, where products of f32 numbers are exact and the rest is
@@ -109,6 +111,9 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
             degenerate_triangles += 1;
             continue;
         };
+        if piles.is_buried(&corners) {
+            continue;
+        }
         let normal = t.normal.map_or(geometric, |n| if n.dot(geometric) < 0.0 { -n } else { n });
         let [a, b, c] = corners.map(|c| c.to_array());
         triangles.push(double::Triangle { a, b, c });
@@ -209,6 +214,29 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         mirror: used.iter().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0)),
         branching: used.iter().any(|m| branches(m)),
         degenerate_triangles,
+    }
+}
+
+/// Triangles kept of one pile, all with the same corners in the same order.
+const PILE: u8 = 16;
+
+/// Of triangles with the same corners the first in the scene's order is hit, whatever the rest are: t
+/// is the same bits, and ties go to the smallest id. A ray would test them all the same, and so many
+/// that it came near the loop cap.
+#[derive(Default)]
+struct Piles(HashMap<u64, u8>);
+
+impl Piles {
+    /// True if PILE triangles with these corners came before. Corners are told by 64 bits mixed from
+    /// theirs: a false burial would take 16 collisions at once.
+    fn is_buried(&mut self, corners: &[DVec3; 3]) -> bool {
+        let words = corners.iter().flat_map(|c| c.to_array()).map(f64::to_bits);
+        // The multiplier of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).
+        let key = words.fold(0u64, |h, w| (h ^ w).wrapping_mul(0xbf58_476d_1ce4_e5b9).rotate_left(29));
+        let count = self.0.entry(key).or_default();
+        let buried = *count == PILE;
+        *count += u8::from(!buried);
+        buried
     }
 }
 

@@ -58,6 +58,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     };
     for case in chosen {
         if progress::interrupted() {
+            print(&text(&report))?;
             return Err(Failure::Interrupted(format!("stopped after {} cases", report.cases.len())));
         }
         let start = Instant::now();

@@ -392,14 +392,19 @@ pub fn write_cache(file: &std::path::Path, data: &[u8]) {
     }
 }
 
-/// `$XDG_CACHE_HOME/whitted/KIND-UUID-VERSION`, or under `~/.cache`; the UUID changes with the driver.
+/// `$XDG_CACHE_HOME/whitted/KIND-UUID-VERSION`, or under `~/.cache`. Some drivers keep one UUID for ever, so
+/// the driver's version is part of the name as well.
 fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("XDG_CACHE_HOME")
         .map(PathBuf::from)
         .filter(|p| p.is_absolute())
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
     let uuid: String = chosen.properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
-    Some(folder.join("whitted").join(format!("{kind}-{uuid}-{}", env!("CARGO_PKG_VERSION"))))
+    Some(folder.join("whitted").join(format!(
+        "{kind}-{uuid}-{:x}-{}",
+        chosen.properties.driver_version,
+        env!("CARGO_PKG_VERSION")
+    )))
 }
 
 impl Drop for Device {
