@@ -16,7 +16,7 @@ use glam::DVec3;
 /// Rays traced at once.
 const BATCH: usize = 1 << 14;
 
-/// A ray in the local frame (see [`Probed::frame`]); rounded to the kernels' precision.
+/// A ray in the local frame ([`crate::frame::LocalFrame`]); rounded to the kernels' precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeRay {
     /// Local coordinates.

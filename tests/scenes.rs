@@ -14,14 +14,15 @@ use whitted::stress::moved;
 
 fn scenes() -> Vec<(PathBuf, Scene)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).expect("scenes").map(|e| e.expect("an entry").path()).collect();
     files.retain(|f| f.extension().is_some_and(|e| e == "toml"));
     files.sort();
     assert!(files.len() >= 7, "{files:?}");
     files
         .into_iter()
         .map(|f| {
-            let scene = scene::load(&f).unwrap();
+            let scene = scene::load(&f).expect("a sound scene");
             (f, scene)
         })
         .collect()
@@ -34,7 +35,7 @@ fn small(scene: &Scene) -> Settings {
 }
 
 fn picture(renderer: &mut Renderer, scene: &Scene) -> Vec<[f32; 3]> {
-    renderer.render(scene, &small(scene), &mut Quiet).unwrap().linear
+    renderer.render(scene, &small(scene), &mut Quiet).expect("an image").linear
 }
 
 #[test]

@@ -15,9 +15,10 @@ const SAMPLES: u32 = 4;
 /// image plane in the narrowest of the scenes: 26 * 2^-24 * 32 * 2 = 1.0e-4.
 const DELTA_PX: f64 = 1.0e-4;
 /// Relative error of a colour whose path tree is the oracle's: a hit point is off by up to 16 * 2^-24
-/// scene radii (numerics.md, Spawn origins) at each of a few depths; where a light is half a scene radius away the
-/// law of inverse squares and the cosine triple and double that: 6 * 3 depths * 9.5e-7 = 1.7e-5.
-const TOLERANCE: f64 = 2.0e-5;
+/// scene radii, and its ray starts up to as much beside it (numerics.md, Spawn origins), at each of a few
+/// depths; where a light is half a scene radius away the law of inverse squares and the cosine triple and
+/// double that: 6 * 3 depths * 1.9e-6 = 3.4e-5.
+const TOLERANCE: f64 = 3.5e-5;
 /// Colours below this are compared with it, not with themselves.
 const DARK: f64 = 1.0e-3;
 /// Beyond this a colour is another path's, not a rounded one.
