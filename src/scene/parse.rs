@@ -2,7 +2,7 @@
 
 use super::error::{SceneError, Source, did_you_mean, list, unreadable};
 use super::library::Library;
-use super::table::{MAX_LENGTH, NOT_NEGATIVE, Table, Value, unit};
+use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
 use super::{Camera, Light, Material, Mesh, Polygon, RenderDefaults, Scene, Sphere, Transform};
 use super::{material, obj, polygon};
 use glam::DVec3;
@@ -216,8 +216,7 @@ impl Reader {
 
     fn sphere(&self, table: &Table) -> Result<Sphere, SceneError> {
         table.only(&["center", "radius", "material"])?;
-        // The reciprocal bound keeps the squares in normalisations finite, as MAX_LENGTH does.
-        let sizes = 1.0 / MAX_LENGTH..=MAX_LENGTH;
+        let sizes = MIN_LENGTH..=MAX_LENGTH;
         let rule = format!("greater than 0, from {:e} to {:e}", sizes.start(), sizes.end());
         Ok(Sphere {
             center: table.need("center", "[0, 1, 0]")?.position()?,
@@ -256,7 +255,7 @@ impl Reader {
         table.object = format!("mesh `{name}`");
         let file = table.need("file", "\"cube.obj\"")?;
         let whole = table.get("material").map(|value| self.material(&value)).transpose()?;
-        let sizes = 1.0 / MAX_LENGTH..=MAX_LENGTH;
+        let sizes = MIN_LENGTH..=MAX_LENGTH;
         let scale = table.get("scale").map_or(Ok(1.0), |value| {
             value.number_where(|s| sizes.contains(&s), &format!("greater than 0, at most {MAX_LENGTH:e}"))
         })?;

@@ -8,6 +8,8 @@ use toml::de::{DeTable, DeValue};
 /// The largest coordinate or length, metres: products of four lengths (the squared length of a cross
 /// product) stay finite in f64, as 1e75^4 = 1e300 < 1.8e308.
 pub(super) const MAX_LENGTH: f64 = 1e75;
+/// Least size of anything: its square and fourth power stay normal as well.
+pub(super) const MIN_LENGTH: f64 = 1e-75;
 
 /// A TOML table that describes one object.
 pub(super) struct Table<'a> {
