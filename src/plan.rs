@@ -50,8 +50,11 @@ const GPU_BATCH: u32 = 1 << 21;
 /// Queue entries per sample of a batch where rays branch. Not a bound: a fuller queue is detected
 /// before it is written, and the tile is traced again in smaller batches.
 const BRANCHING_ROOM: u32 = 4;
-/// Steps that one traversal may take when a pass walks `n` lights: all loops of an invocation share
-/// lavapipe's 65,535 iterations.
+/// Queue entries at least where rays branch: as many rays of one sample as `gather` can add up
+/// (LOOP_CAP), rounded up.
+const BRANCHING_LEAST: u32 = 1 << 16;
+/// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
+/// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
 /// Share of the heap that a plan may take, in eighths.
 const HEAP_EIGHTHS: u64 = 6;
@@ -123,7 +126,7 @@ impl Plan {
         if let Some(tile) = settings.schedule.tile_pixels {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
         }
-        plan.batch_samples = (plan.capacity / room / plan.tile_pixels).clamp(1, settings.samples);
+        plan.batch_samples = (batch / plan.tile_pixels).clamp(1, settings.samples);
         // `resolve` walks a pixel's samples of the batch in one loop.
         plan.batch_samples = plan.batch_samples.min(abi::LOOP_CAP);
         if let Some(samples) = settings.schedule.batch_samples {
@@ -137,7 +140,10 @@ impl Plan {
 
     fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32) {
         let [x0, y0, x1, y1] = settings.region();
-        self.capacity = batch.saturating_mul(room);
+        // A small image has few samples, but each of them may branch as far as in a large one.
+        let growth = 1u32.checked_shl(settings.depth - 1).unwrap_or(u32::MAX);
+        let least = if packed.branching { BRANCHING_LEAST.min(batch.saturating_mul(growth)) } else { 0 };
+        self.capacity = batch.saturating_mul(room).max(least);
         // Whole rows where a row fits.
         let width = x1 - x0;
         let rows = (batch / width).clamp(1, y1 - y0);

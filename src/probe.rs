@@ -98,7 +98,7 @@ impl Layout {
     fn of(name: &str, precision: Precision) -> Layout {
         let double = precision == Precision::Double;
         let structs = if double { abi::double::STRUCTS } else { abi::single::STRUCTS };
-        let shape = structs.iter().find(|s| s.name == name).unwrap_or(&structs[0]);
+        let shape = structs.iter().find(|s| s.name == name).expect("a shared struct's name");
         Layout { shape, stride: element_bytes(name, precision) as usize, double }
     }
 

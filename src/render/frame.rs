@@ -192,7 +192,7 @@ impl<'a> Frame<'a> {
 
     fn pixel_too_deep(&self, tile: &Tile) -> RenderError {
         RenderError::DoesNotFit(format!(
-            "one sample of pixel ({}, {}) has more than {} rays alive at one depth, more than a queue of this device holds; \
+            "one sample of pixel ({}, {}) has more than {} rays alive at one depth, more than the planned queue holds; \
              try a smaller --depth",
             tile.x, tile.y, self.plan.capacity
         ))

@@ -3,7 +3,7 @@
 use crate::abi;
 use crate::kernels::Kernel;
 use crate::pack::Packed;
-use crate::passes::{PROLOGUE, Size};
+use crate::passes::Size;
 use crate::plan::Plan;
 use crate::report::{
     Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo,
@@ -114,7 +114,7 @@ impl Tally {
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {
-            let pass = crate::passes::all().nth(*place).unwrap_or(&PROLOGUE[0]);
+            let pass = crate::passes::all().nth(*place).expect("a place is a row of the frame");
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
                 Size::Rays => at,

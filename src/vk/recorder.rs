@@ -291,19 +291,17 @@ impl Recorder {
         unsafe { self.device.raw.cmd_dispatch(self.commands, x, y, 1) };
     }
 
+    /// Copies a region of a buffer to staging.
+    fn copy_out(&self, buffers: &Buffers, buffer: Buf, region: vk::BufferCopy) {
+        let (from, to) = (buffers.handle(buffer), buffers.staging());
+        // SAFETY: recording; plans size staging for every read, so the region lies within both buffers.
+        unsafe { self.device.raw.cmd_copy_buffer(self.commands, from, to, &[region]) };
+        self.barrier();
+    }
+
     /// Copies the start of a buffer to staging at `offset`.
     pub fn download(&mut self, buffers: &Buffers, buffer: Buf, bytes: u64, offset: u64) {
-        let region = [vk::BufferCopy { src_offset: 0, dst_offset: offset, size: bytes }];
-        // SAFETY: recording; the caller's plan sized both buffers.
-        unsafe {
-            self.device.raw.cmd_copy_buffer(
-                self.commands,
-                buffers.handle(buffer),
-                buffers.staging(),
-                &region,
-            );
-        }
-        self.barrier();
+        self.copy_out(buffers, buffer, vk::BufferCopy { src_offset: 0, dst_offset: offset, size: bytes });
     }
 
     /// Submits, waits, and says how long each dispatch took. Without timestamps the wall time of
@@ -366,17 +364,7 @@ impl Recorder {
         while (all.len() as u64) < total {
             let (begin, size) = (all.len() as u64, piece.min(total - all.len() as u64));
             self.begin()?;
-            let region = [vk::BufferCopy { src_offset: begin, dst_offset: 0, size }];
-            // SAFETY: recording; the region lies within both buffers.
-            unsafe {
-                self.device.raw.cmd_copy_buffer(
-                    self.commands,
-                    buffers.handle(buffer),
-                    buffers.staging(),
-                    &region,
-                );
-            }
-            self.barrier();
+            self.copy_out(buffers, buffer, vk::BufferCopy { src_offset: begin, dst_offset: 0, size });
             self.submit(buffers)?;
             all.extend_from_slice(&buffers.staging_bytes()[..size as usize]);
         }
