@@ -1,5 +1,5 @@
 // Primary rays of a batch: one per pixel of the tile and sample.
-// Reads camera, eye_media. Writes rays, media, slots (zero).
+// Reads camera, eye_media, pixels (in a survey). Writes rays, media, slots and paths (zero).
 // One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart.
 #version 460
 #include "prelude.glsl"
@@ -9,14 +9,17 @@ layout(local_size_x_id = 0) in;
 
 READS(camera)
 READS(eye_media)
+READS(pixels)
 WRITES(rays)
 WRITES(media)
 WRITES(slots)
+WRITES(paths)
 
 Ray primary_ray(Camera c, uint slot) {
     uint pixel = slot % push.tile_pixels;
-    uint x = push.tile_x + pixel % push.tile_width;
-    uint y = push.tile_y + pixel / push.tile_width;
+    uint at = survey != 0u ? pixels[pixel] : pixel;
+    uint x = push.tile_x + at % push.tile_width;
+    uint y = push.tile_y + at / push.tile_width;
     uint k = push.first_sample + slot / push.tile_pixels;
     vec2 offset = sample_offset(push.seed, x, y, k, push.samples);
     real sx = (real(x) + real(offset.x)) * c.step_x - 1.0;
@@ -30,6 +33,7 @@ void main() {
     if (slot >= push.items) return;
     rays[slot] = primary_ray(camera[0], slot);
     slots[slot] = vec3(0.0);
+    if (survey != 0u) paths[slot] = Path(0u, 0u, 0u, 0u);
     for (uint j = 0u; j < media_capacity; j++) {
         media[slot * media_capacity + j] = eye_media[j];
     }

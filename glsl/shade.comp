@@ -1,6 +1,7 @@
 // Turns hits into surfaces: position, normal, medium change, share of reflection, and which
 // children the ray has. Counts the children of each workgroup, so that `scan` can place them.
-// Reads queue, rays, hits, media and the scene. Writes surfaces, totals.
+// Reads queue, rays, hits, media and the scene. Writes surfaces, totals. A survey notes the throughput
+// of children that are not traced in paths.
 // One invocation per ray. Whitted, CACM 23(6), 1980.
 #version 460
 #include "prelude.glsl"
@@ -22,12 +23,30 @@ READS(queue)
 READS(hits)
 WRITES(surfaces)
 WRITES(totals)
+UPDATES(paths)
 #include "surface.glsl"
 #include "media.glsl"
 #include "fresnel.glsl"
 
 shared uint reflected_mask[WORKGROUP_MAX / 32u];
 shared uint refracted_mask[WORKGROUP_MAX / 32u];
+
+float greatest(vec3 v) {
+    return max(v.x, max(v.y, v.z));
+}
+
+// Notes the throughput of a ray that is not traced, rounded up.
+void note_cut(uint slot, float throughput) {
+    if (survey != 0u) atomicAdd(paths[slot].cut, uint(throughput * float(CUT_ONE)) + 1u);
+}
+
+// `kind` if a child of this throughput is traced.
+uint child(uint i, uint kind, float throughput) {
+    if (!(throughput > 0.0)) return 0u;
+    if (push.depth < push.last_depth && !(throughput < push.cutoff)) return kind;
+    note_cut(rays[i].slot, throughput);
+    return 0u;
+}
 
 Surface strike(uint i) {
     Hit h = hits[i];
@@ -79,7 +98,9 @@ Surface strike(uint i) {
             if (others != 0u && defect != DEFECT_NO_PRIORITY && solid_priorities[others] > solid_priorities[s.solid]) {
                 // Another solid's matter fills both sides: nothing is here for light.
                 s.share = 0.0;
-                s.flags |= PASSES | (push.depth < push.last_depth ? CHILD_REFRACTED : 0u);
+                bool last = push.depth == push.last_depth;
+                s.flags |= PASSES | (last ? 0u : CHILD_REFRACTED);
+                if (last) note_cut(rays[i].slot, greatest(rays[i].throughput));
                 return s;
             }
             // Entering: of equal priority, the solid entered last is the medium.
@@ -93,10 +114,11 @@ Surface strike(uint i) {
         }
     }
     s.share = float(reflection_share(m, here, beyond, d, s.normal, s.cosine));
-    vec3 w = rays[i].throughput;
-    bool bailout = defect == DEFECT_BAILOUT && max(w.x, max(w.y, w.z)) < 1.0 / 255.0;
-    if (m.secondary > 0.0 && push.depth < push.last_depth && !bailout) {
-        s.flags |= (s.share > 0.0 ? CHILD_REFLECTED : 0u) | (s.share < 1.0 ? CHILD_REFRACTED : 0u);
+    float w = greatest(rays[i].throughput);
+    bool bailout = defect == DEFECT_BAILOUT && w < 1.0 / 255.0;
+    if (m.secondary > 0.0 && !bailout) {
+        w *= m.secondary;
+        s.flags |= child(i, CHILD_REFLECTED, s.share * w) | child(i, CHILD_REFRACTED, (1.0 - s.share) * w);
     }
     return s;
 }

@@ -1,6 +1,7 @@
 // Own colour of every struck surface: ambient, and one shadow ray to each light it faces. Adds the
 // weighted colour to the ray's sample, or leaves it to `gather` where several rays share a sample.
-// Reads queue, rays, surfaces and the scene. Writes contributions or slots. Counts shadow rays.
+// Reads queue, rays, surfaces and the scene. Writes contributions or slots. Counts shadow rays. A
+// survey notes in paths what was struck, how the path goes on and which lights it sees.
 // One invocation per ray and pass; a pass takes the lights [light_begin, light_end).
 #version 460
 #include "prelude.glsl"
@@ -20,8 +21,10 @@ READS(queue)
 READS(surfaces)
 UPDATES(contributions)
 UPDATES(slots)
+UPDATES(paths)
 UPDATES(depth_counts)
 UPDATES(counters)
+#include "sampler.glsl"
 #include "trace.glsl"
 #include "surface.glsl"
 
@@ -73,15 +76,28 @@ void main() {
     float own = hit && (s.flags & PASSES) == 0u ? 1.0 - m.secondary : 0.0;
     bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
     vec3 light = first ? vec3(0.0) : contributions[i];
-    uint shadow_rays = 0u;
+    uint shadow_rays = 0u, seen = 0u;
     if (use_bvh != 0u) {
-        for (uint l = push.light_begin; l < push.light_end; l++) light += direct_light(s, lit_at_all, l, shadow_rays);
+        for (uint l = push.light_begin; l < push.light_end; l++) {
+            vec3 more = direct_light(s, lit_at_all, l, shadow_rays);
+            light += more;
+            seen = seen << 1u | (more == vec3(0.0) ? 0u : 1u);
+        }
     } else if (light_count != 0u) {
         // Brute force takes one light a pass: no loop.
-        light += direct_light(s, lit_at_all, push.light_begin, shadow_rays);
+        vec3 more = direct_light(s, lit_at_all, push.light_begin, shadow_rays);
+        light += more;
+        seen = more == vec3(0.0) ? 0u : 1u;
     }
     if (!mine) return;
     if (shadow_rays > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, shadow_rays);
+    if (survey != 0u) {
+        uint slot = rays[i].slot;
+        uint kind = hit ? s.flags & ((1u << PREFIX_SHIFT) - 1u) : 0u;
+        atomicAdd(paths[slot].hash, pcg4d(uvec4(s.primitive, kind, push.depth, push.light_begin << 8u | seen)).x);
+        atomicAdd(paths[slot].rays, shadow_rays + (first ? 1u : 0u));
+        atomicMax(paths[slot].depth, push.depth);
+    }
     if (!last) {
         contributions[i] = light;
         return;

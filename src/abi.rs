@@ -351,13 +351,42 @@ device {
         shadow: uint,
     }
 
-    /// Push constants, 56 bytes.
+    /// What the path tree of one sample did, 16 bytes; of surveys only. Kept by integer atomics, so in
+    /// any order.
+    struct Path {
+        /// Sum of a hash of each ray: what it struck, how it goes on, which lights it sees.
+        hash: uint,
+        /// Rays traced, shadow rays included.
+        rays: uint,
+        /// Longest path.
+        depth: uint,
+        /// Throughput of the rays that were cut, in units of 1 / CUT_ONE, rounded up.
+        cut: uint,
+    }
+
+    /// What the samples of one pixel did, 24 bytes; of surveys only. Begins as all zeros.
+    struct Mark {
+        /// Complement of the least hash of its samples.
+        hash_least_inverted: uint,
+        /// Greatest hash.
+        hash_most: uint,
+        /// Rays in all.
+        rays: uint,
+        /// Longest path.
+        depth: uint,
+        /// Sum of `cut`, low word.
+        cut_low: uint,
+        /// High word.
+        cut_high: uint,
+    }
+
+    /// Push constants, 60 bytes.
     struct Push {
-        /// Image coordinates of the tile's first pixel.
+        /// Image coordinates of the tile's first pixel; 0 in a survey.
         tile_x: uint,
         /// Row of the same.
         tile_y: uint,
-        /// Pixels per row of the tile.
+        /// Pixels per row of the tile; of the image in a survey.
         tile_width: uint,
         /// Pixels in the tile.
         tile_pixels: uint,
@@ -381,6 +410,8 @@ device {
         capacity: uint,
         /// Items for kernels sized by the host.
         items: uint,
+        /// Rays with less throughput are not spawned.
+        cutoff: float,
     }
 }
 }
@@ -451,6 +482,9 @@ constants! {
     SELF_TEST_ROW = 11;
     /// Length of `counters`.
     COUNTERS = 6;
+    /// `Path::cut` of a throughput of 1. The throughputs that a sample loses sum to 1 at most, for a
+    /// material's weights sum to 1: 32 bits hold four times that.
+    CUT_ONE = 0x4000_0000;
     /// `defect`: Nothing is planted.
     DEFECT_NONE = 0;
     /// `defect`: Triangles by Moeller and Trumbore's test instead of the watertight one.
@@ -565,6 +599,10 @@ specialisation! {
     branching: 0;
     /// Loop cap of one traversal.
     loop_cap: 60_000;
+    /// Independent sets that the samples of a pixel are dealt to in turn; `film` keeps their sums apart.
+    replicates: 1;
+    /// 1: trace listed pixels and record what their paths do.
+    survey: 0;
     /// A planted defect, for the tests of the tests; 0 = none.
     defect: 0;
 }
@@ -607,6 +645,8 @@ buffers! {
     solid_priorities / SolidPriorities: "int";
     /// Solids the eye is in, outermost first, `media_capacity` words.
     eye_media / EyeMedia: "uint";
+    /// Pixels of the tile, row * image width + column; of surveys only.
+    pixels / Pixels: "uint";
     /// Rays of this depth.
     rays / Rays: "Ray";
     /// Rays of the next depth.
@@ -631,8 +671,12 @@ buffers! {
     contributions / Contributions: "vec3";
     /// Radiance of each sample of the batch.
     slots / Slots: "vec3";
-    /// Running sum of each pixel of the tile.
+    /// What the path tree of each sample of the batch did; of surveys only.
+    paths / Paths: "Path";
+    /// Running sum of each pixel of the tile, `replicates` of them a pixel.
     film / Film: "Film";
+    /// What the samples of each pixel of the tile did; of surveys only.
+    marks / Marks: "Mark";
     /// One `DepthCount` per depth.
     depth_counts / DepthCounts: "DepthCount";
     /// Counters.

@@ -55,8 +55,8 @@ macro_rules! shapes {
 /// Once per batch, before the first depth.
 pub const PROLOGUE: &[Pass] = &[Pass {
     kernel: Kernel::Generate,
-    reads: &[Camera, EyeMedia],
-    writes: &[Rays, Media, Slots],
+    reads: &[Camera, EyeMedia, Pixels],
+    writes: &[Rays, Media, Slots, Paths],
     size: Size::Samples,
     when: When::Always,
 }];
@@ -86,8 +86,9 @@ pub const PER_DEPTH: &[Pass] = &[
             Media,
             Queue,
             Hits,
+            Paths,
         ],
-        writes: &[Surfaces, Totals],
+        writes: &[Surfaces, Totals, Paths],
         size: Size::Rays,
         when: When::Always,
     },
@@ -116,10 +117,11 @@ pub const PER_DEPTH: &[Pass] = &[
             Surfaces,
             Contributions,
             Slots,
+            Paths,
             DepthCounts,
             Counters
         ],
-        writes: &[Contributions, Slots, DepthCounts, Counters],
+        writes: &[Contributions, Slots, Paths, DepthCounts, Counters],
         size: Size::Rays,
         when: When::PerLights,
     },
@@ -135,8 +137,8 @@ pub const PER_DEPTH: &[Pass] = &[
 /// Once per batch, after the last depth.
 pub const EPILOGUE: &[Pass] = &[Pass {
     kernel: Kernel::Resolve,
-    reads: &[Slots, Film],
-    writes: &[Film],
+    reads: &[Slots, Paths, Film, Marks],
+    writes: &[Film, Marks],
     size: Size::Pixels,
     when: When::Always,
 }];

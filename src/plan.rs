@@ -60,8 +60,23 @@ const LIGHTS_PER_PASS: u32 = 8;
 const HEAP_EIGHTHS: u64 = 6;
 
 impl Plan {
-    /// Plans `packed` under `settings`.
+    /// Plans the image of `packed` under `settings`.
+    ///
+    /// # Errors
+    /// If the scene does not fit the device; says what would.
     pub fn new(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
+        Plan::build(packed, settings, limits, false)
+    }
+
+    /// Plans surveys of listed pixels (`render::Survey`), up to the whole image at once.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn survey(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
+        Plan::build(packed, settings, limits, true)
+    }
+
+    fn build(packed: &Packed, settings: &Settings, limits: &Limits, survey: bool) -> Result<Plan, PlanError> {
         let workgroup = settings
             .schedule
             .workgroup
@@ -100,6 +115,8 @@ impl Plan {
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
+                replicates: settings.replicates,
+                survey: u32::from(survey),
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
@@ -127,8 +144,8 @@ impl Plan {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
         }
         plan.batch_samples = (batch / plan.tile_pixels).clamp(1, settings.samples);
-        // `resolve` walks a pixel's samples of the batch in one loop.
-        plan.batch_samples = plan.batch_samples.min(abi::LOOP_CAP);
+        // `resolve` walks a pixel's samples of the batch in one loop, in a survey in two.
+        plan.batch_samples = plan.batch_samples.min(abi::LOOP_CAP / 2);
         if let Some(samples) = settings.schedule.batch_samples {
             plan.batch_samples = plan.batch_samples.min(samples.max(1));
         }
@@ -179,7 +196,10 @@ impl Plan {
                     Buf::Media | Buf::NextMedia => capacity * media,
                     Buf::Totals | Buf::Offsets => groups,
                     Buf::Slots => batch,
-                    Buf::Film => tile,
+                    Buf::Film => tile * u64::from(self.specialisation.replicates),
+                    Buf::Paths if self.specialisation.survey != 0 => batch,
+                    Buf::Pixels | Buf::Marks if self.specialisation.survey != 0 => tile,
+                    Buf::Paths | Buf::Pixels | Buf::Marks => 1,
                     Buf::DepthCounts => u64::from(settings.depth) + 1,
                     Buf::Counters => u64::from(abi::COUNTERS),
                     Buf::SelfTest => 1,

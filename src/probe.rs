@@ -181,9 +181,9 @@ fn stages() -> impl Iterator<Item = &'static Pass> {
     PER_DEPTH.iter().filter(wanted)
 }
 
-struct OnDevice<'a>(Frame<'a>);
+struct OnDevice(Frame);
 
-impl Bank for OnDevice<'_> {
+impl Bank for OnDevice {
     fn write(&mut self, buffer: Buf, bytes: &[u8]) -> Result<(), RenderError> {
         Ok(self.0.recorder.upload(&mut self.0.buffers, buffer, bytes)?)
     }

@@ -91,6 +91,11 @@ pub struct Settings {
     pub samples: u32,
     /// Rays in the longest path, at least 1.
     pub depth: u32,
+    /// A ray with less throughput is not spawned; 0 spawns all.
+    pub cutoff: f32,
+    /// Independent sets that the samples of a pixel are dealt to in turn, at least 1; their spread tells
+    /// the sampling error.
+    pub replicates: u32,
     /// Seed of the sampler.
     pub seed: u32,
     /// Arithmetic of the kernels.
@@ -114,6 +119,8 @@ impl Settings {
             height: scene.camera.height,
             samples: scene.render.samples,
             depth: scene.render.depth,
+            cutoff: 0.0,
+            replicates: 1,
             seed: 0,
             precision: Precision::default(),
             origin: Origin::default(),

@@ -192,6 +192,8 @@ fn gather() {
 fn resolve() {
     each_state(0..4, |bench, state, rng, what| {
         let mut memory = state.memory.clone();
+        // What sums of cut throughput may overflow: the high word must take over.
+        memory.marks.iter_mut().for_each(|m| m.cut_low = u32::MAX - rng.below(1 << 31));
         for s in &mut memory.slots {
             let scale = rng.pick(&[1.0, 1.0, 1e-8, 1e8, 1e-40, 3e38, f32::NAN, 0.0, -0.0]);
             *s = rng.vector().map(|c| c * scale);
@@ -200,7 +202,8 @@ fn resolve() {
             f.sum = rng.vector();
             f.compensation = rng.vector().map(|c| c * 1e-7);
         }
-        let push = Push { tile_pixels: 101, batch_samples: 5, items: 101, ..state.push() };
+        let first_sample = rng.below(9);
+        let push = Push { tile_pixels: 101, first_sample, batch_samples: 5, items: 101, ..state.push() };
         check(bench, state, &memory, Kernel::Resolve, &push, what);
     });
 }

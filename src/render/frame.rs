@@ -3,7 +3,7 @@
 use super::tally::Tally;
 use super::tile::{self, Tile};
 use super::{Observer, RenderError};
-use crate::abi::{self, Buf, DepthCount, Film, Push, Queue};
+use crate::abi::{self, Buf, DepthCount, Film, Mark, Push, Queue};
 use crate::pack::Packed;
 use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
 use crate::plan::Plan;
@@ -12,6 +12,7 @@ use crate::settings::{Precision, Settings};
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
 use bytemuck::Pod;
 use std::borrow::Cow;
+use std::ops::Range;
 use std::rc::Rc;
 
 /// Device time of one submit to aim at: well under the two seconds after which some systems take a
@@ -34,6 +35,7 @@ const TRANSIENT: &[Buf] = &[
     Buf::Offsets,
     Buf::Contributions,
     Buf::Slots,
+    Buf::Paths,
 ];
 
 /// What of the image is there: whole tiles, and the tile that was cut short.
@@ -88,31 +90,55 @@ fn device_bytes<W: Pod, N: Pod + for<'w> From<&'w W>>(wide: &[W], double: bool) 
     Cow::Owned(bytemuck::cast_slice(&narrow).to_vec())
 }
 
+/// Pixels that are traced together: a tile, or a list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    /// Image coordinates of a tile's first pixel; 0 for a list.
+    x: u32,
+    y: u32,
+    /// Pixels per row of a tile; of the image for a list.
+    width: u32,
+    pub(super) pixels: u32,
+}
+
+impl From<&Tile> for Part {
+    fn from(tile: &Tile) -> Part {
+        Part { x: tile.x, y: tile.y, width: tile.width, pixels: tile.pixels() }
+    }
+}
+
+impl Part {
+    /// A list of pixels, row * `width` + column.
+    pub(super) fn listed(width: u32, pixels: u32) -> Part {
+        Part { x: 0, y: 0, width, pixels }
+    }
+}
+
 /// Buffers, recorder, and the state of the plan as it meets the scene.
-pub(crate) struct Frame<'a> {
+pub(crate) struct Frame {
     pub(crate) pipelines: Rc<Pipelines>,
     pub(crate) buffers: Buffers,
     pub(crate) recorder: Recorder,
-    settings: &'a Settings,
-    plan: &'a Plan,
+    settings: Settings,
+    pub(super) plan: Plan,
     lights: u32,
-    batch_samples: u32,
+    pub(super) batch_samples: u32,
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
     pub(super) poison: bool,
 }
 
-impl<'a> Frame<'a> {
+impl Frame {
     pub(crate) fn new(
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
         packed: &Packed,
         scene: &Scene,
-        settings: &'a Settings,
-        plan: &'a Plan,
-    ) -> Result<Frame<'a>, VkError> {
-        let film = plan.buffer_bytes[Buf::Film as usize];
+        settings: &Settings,
+        plan: &Plan,
+    ) -> Result<Frame, VkError> {
+        let film = plan.buffer_bytes[Buf::Film as usize] + plan.buffer_bytes[Buf::Marks as usize];
         let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
         let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
@@ -124,8 +150,8 @@ impl<'a> Frame<'a> {
             pipelines,
             buffers,
             recorder,
-            settings,
-            plan,
+            settings: settings.clone(),
+            plan: plan.clone(),
             lights: packed.lights.len() as u32,
             batch_samples: plan.batch_samples,
             rate: 0.0,
@@ -138,10 +164,10 @@ impl<'a> Frame<'a> {
         let [x, y, ..] = self.settings.region();
         let tile = Tile { x, y, width: 1, height: 1 };
         self.recorder.begin()?;
-        self.recorder.fill(&self.buffers, Buf::Film, 0);
-        self.recorder.fill(&self.buffers, Buf::DepthCounts, 0);
-        self.recorder.fill(&self.buffers, Buf::Counters, 0);
-        self.batch(&tile, 0, 1, self.settings.depth.min(2));
+        for buffer in [Buf::Film, Buf::Pixels, Buf::Marks, Buf::DepthCounts, Buf::Counters] {
+            self.recorder.fill(&self.buffers, buffer, 0);
+        }
+        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2));
         self.recorder.submit(&self.buffers)?;
         Ok(())
     }
@@ -160,10 +186,11 @@ impl<'a> Frame<'a> {
         let mut done = pixels * u64::from(self.settings.samples);
         let mut cut = Tally::default();
         while let Some(tile) = work.pop() {
-            match self.tile(&tile, observer, done, total)? {
-                TileEnd::Done(samples, tally) => {
-                    let film = self.film(&tile)?;
-                    for (pixel, at) in film.iter().zip(tile.offsets(region)) {
+            match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
+                End::Done(samples, tally) => {
+                    let (film, _) = self.film(tile.pixels())?;
+                    let replicates = self.plan.specialisation.replicates as usize;
+                    for (pixel, at) in film.chunks(replicates).zip(tile.offsets(region)) {
                         drawn.linear[at] = mean(pixel, samples);
                     }
                     done += u64::from(tile.pixels()) * u64::from(samples);
@@ -174,13 +201,13 @@ impl<'a> Frame<'a> {
                     tile::push(&mut drawn.finished, tile);
                     drawn.tally.add(&tally);
                 }
-                TileEnd::Overflow if self.batch_samples > 1 => {
+                End::Overflow if self.batch_samples > 1 => {
                     self.batch_samples /= 2;
                     work.push(tile);
                 }
-                TileEnd::Overflow => match tile.halves() {
+                End::Overflow => match tile.halves() {
                     Some([first, second]) => work.extend([second, first]),
-                    None => return Err(self.pixel_too_deep(&tile)),
+                    None => return Err(self.pixel_too_deep(tile.x, tile.y)),
                 },
             }
             if observer.cancelled() && !work.is_empty() {
@@ -190,48 +217,51 @@ impl<'a> Frame<'a> {
         Ok((done as f64 / total as f64, cut))
     }
 
-    fn pixel_too_deep(&self, tile: &Tile) -> RenderError {
+    pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
         RenderError::DoesNotFit(format!(
-            "one sample of pixel ({}, {}) has more than {} rays alive at one depth, more than the planned queue holds; \
+            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the planned queue holds; \
              try a smaller --depth",
-            tile.x, tile.y, self.plan.capacity
+            self.plan.capacity
         ))
     }
 
-    /// All samples of one tile.
-    fn tile(
+    /// Samples of all pixels of a part, from scratch. `done` of `total` samples were there before.
+    pub(super) fn samples(
         &mut self,
-        tile: &Tile,
+        part: &Part,
+        samples: Range<u32>,
         observer: &mut dyn Observer,
         done: u64,
         total: u64,
-    ) -> Result<TileEnd, RenderError> {
-        let mut tally = Tally { tiles: 1, pixels: u64::from(tile.pixels()), ..Tally::default() };
-        let mut first = 0;
-        while first < self.settings.samples {
+    ) -> Result<End, RenderError> {
+        let pixels = u64::from(part.pixels);
+        let mut tally = Tally { tiles: 1, pixels, ..Tally::default() };
+        let mut first = samples.start;
+        while first < samples.end {
             self.recorder.begin()?;
             if self.poison {
                 for buffer in TRANSIENT {
                     self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
                 }
             }
-            if first == 0 {
+            if first == samples.start {
                 self.recorder.fill(&self.buffers, Buf::Film, 0);
+                self.recorder.fill(&self.buffers, Buf::Marks, 0);
             }
             self.recorder.fill(&self.buffers, Buf::DepthCounts, 0);
             self.recorder.fill(&self.buffers, Buf::Counters, 0);
             let begin = first;
-            let most = self.samples_per_submit(tile);
+            let most = self.samples_per_submit(part);
             let mut per_batch = 0;
-            while first < self.settings.samples
+            while first < samples.end
                 && (first == begin || first - begin < most)
                 && self.recorder.dispatches() + per_batch <= DISPATCHES_MAX
             {
-                let samples = self.batch_samples.min(self.settings.samples - first);
+                let batch = self.batch_samples.min(samples.end - first);
                 let before = self.recorder.dispatches();
-                self.batch(tile, first, samples, self.settings.depth);
+                self.batch(part, first, batch, self.settings.depth);
                 per_batch = self.recorder.dispatches() - before;
-                first += samples;
+                first += batch;
                 tally.batches += 1;
             }
             let counts = self.buffers.bytes(Buf::DepthCounts);
@@ -239,29 +269,29 @@ impl<'a> Frame<'a> {
             self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
             let timed = self.recorder.submit(&self.buffers)?;
             if self.read_counts(&mut tally) {
-                return Ok(TileEnd::Overflow);
+                return Ok(End::Overflow);
             }
-            let samples = u64::from(first - begin) * u64::from(tile.pixels());
-            tally.depths[0][0] += samples;
-            tally.samples += samples;
+            let traced = u64::from(first - begin) * pixels;
+            tally.depths[0][0] += traced;
+            tally.samples += traced;
             tally.add_timings(&timed);
             let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
-            self.rate = seconds / samples as f64;
-            observer.progress(done + u64::from(first) * u64::from(tile.pixels()), total);
+            self.rate = seconds / traced as f64;
+            observer.progress(done + u64::from(first - samples.start) * pixels, total);
             if observer.cancelled() {
                 break;
             }
         }
-        Ok(TileEnd::Done(first, tally))
+        Ok(End::Done(first - samples.start, tally))
     }
 
     /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
     /// fill the aimed time, within what the 32-bit counts of a submit can hold.
-    fn samples_per_submit(&self, tile: &Tile) -> u32 {
+    fn samples_per_submit(&self, part: &Part) -> u32 {
         if self.rate <= 0.0 {
             return 1;
         }
-        let per_sample = self.rate * f64::from(tile.pixels());
+        let per_sample = self.rate * f64::from(part.pixels);
         let rays = f64::from(self.plan.capacity) / f64::from(self.batch_samples);
         let counted = f64::from(u32::MAX) / (rays * f64::from(self.lights.max(1)));
         (SUBMIT_SECONDS / per_sample).min(counted).max(1.0) as u32
@@ -289,14 +319,14 @@ impl<'a> Frame<'a> {
         false
     }
 
-    /// Records the frame for `samples` samples of every pixel of `tile`.
-    fn batch(&mut self, tile: &Tile, first_sample: u32, samples: u32, last_depth: u32) {
-        let items = tile.pixels() * samples;
+    /// Records the frame for `samples` samples of every pixel of `part`.
+    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, last_depth: u32) {
+        let items = part.pixels * samples;
         let push = Push {
-            tile_x: tile.x,
-            tile_y: tile.y,
-            tile_width: tile.width,
-            tile_pixels: tile.pixels(),
+            tile_x: part.x,
+            tile_y: part.y,
+            tile_width: part.width,
+            tile_pixels: part.pixels,
             first_sample,
             batch_samples: samples,
             samples: self.settings.samples,
@@ -307,6 +337,7 @@ impl<'a> Frame<'a> {
             light_end: 0,
             capacity: self.plan.capacity,
             items,
+            cutoff: self.settings.cutoff,
         };
         let groups = items.div_ceil(self.plan.specialisation.workgroup);
         let queue = Queue {
@@ -346,7 +377,7 @@ impl<'a> Frame<'a> {
             }
         }
         for pass in EPILOGUE {
-            self.dispatch(pass, 0, push, tile.pixels());
+            self.dispatch(pass, 0, push, part.pixels);
         }
     }
 
@@ -354,26 +385,47 @@ impl<'a> Frame<'a> {
         self.recorder.dispatch(&self.pipelines, &self.buffers, &Dispatch { pass, depth, push, items });
     }
 
-    /// The tile's running sums.
-    fn film(&mut self, tile: &Tile) -> Result<Vec<Film>, RenderError> {
-        let bytes = u64::from(tile.pixels()) * size_of::<Film>() as u64;
+    /// Running sums of the first `pixels` pixels, each with all its replicates, and, of a survey, their
+    /// marks.
+    pub(super) fn film(&mut self, pixels: u32) -> Result<(Vec<Film>, Vec<Mark>), RenderError> {
+        let spec = &self.plan.specialisation;
+        let sums = u64::from(pixels) * u64::from(spec.replicates) * size_of::<Film>() as u64;
+        let marks = u64::from(pixels) * u64::from(spec.survey) * size_of::<Mark>() as u64;
         self.recorder.begin()?;
-        self.recorder.download(&self.buffers, Buf::Film, bytes, 0);
+        self.recorder.download(&self.buffers, Buf::Film, sums, 0);
+        if marks > 0 {
+            self.recorder.download(&self.buffers, Buf::Marks, marks, sums);
+        }
         self.recorder.submit(&self.buffers)?;
-        Ok(bytemuck::pod_collect_to_vec(&self.buffers.staging_bytes()[..bytes as usize]))
+        let (sums, end) = (sums as usize, (sums + marks) as usize);
+        let staging = self.buffers.staging_bytes();
+        Ok((
+            bytemuck::pod_collect_to_vec(&staging[..sums]),
+            bytemuck::pod_collect_to_vec(&staging[sums..end]),
+        ))
+    }
+
+    /// Puts the pixels of a list in place.
+    pub(super) fn list(&mut self, pixels: &[u32]) -> Result<(), RenderError> {
+        Ok(self.recorder.upload(&mut self.buffers, Buf::Pixels, bytemuck::cast_slice(pixels))?)
     }
 }
 
-enum TileEnd {
+pub(super) enum End {
     /// So many samples of every pixel are in the film; what they counted.
     Done(u32, Tally),
-    /// A queue was too small; nothing of the tile counts.
+    /// A queue was too small; nothing of the part counts.
     Overflow,
 }
 
-/// Mean of `samples` samples; both parts of the sum in f64, rounded once.
-pub(crate) fn mean(film: &Film, samples: u32) -> [f32; 3] {
-    std::array::from_fn(|c| {
-        ((f64::from(film.sum[c]) + f64::from(film.compensation[c])) / f64::from(samples.max(1))) as f32
-    })
+/// The sum of one replicate in f64.
+pub(super) fn sum(film: &Film) -> [f64; 3] {
+    std::array::from_fn(|c| f64::from(film.sum[c]) + f64::from(film.compensation[c]))
+}
+
+/// Mean of a pixel's `samples` samples over all its replicates; added in f64, rounded once.
+pub(crate) fn mean(replicates: &[Film], samples: u32) -> [f32; 3] {
+    let sums = replicates.iter().map(sum);
+    let total = sums.reduce(|a, b| std::array::from_fn(|c| a[c] + b[c])).unwrap_or_default();
+    total.map(|channel| (channel / f64::from(samples.max(1))) as f32)
 }

@@ -1,11 +1,13 @@
 //! Settings and a scene in, an image and a report out.
 
 mod frame;
+mod survey;
 mod tally;
 mod tile;
 mod unfinished;
 
 pub(crate) use frame::mean;
+pub use survey::Survey;
 pub(crate) use tile::{Tile, tiles};
 pub use unfinished::{Mismatch, Unfinished};
 

@@ -23,6 +23,8 @@ pub struct Variant {
     wide: bool,
     robust: bool,
     origin_fixed: bool,
+    replicates: u32,
+    survey: bool,
 }
 
 /// Everything on, everything off, and the report's way.
@@ -41,6 +43,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: true,
                 robust: true,
                 origin_fixed: false,
+                replicates: 3,
+                survey: true,
             },
         ),
         (
@@ -56,6 +60,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: true,
                 origin_fixed: false,
+                replicates: 1,
+                survey: false,
             },
         ),
         (
@@ -71,6 +77,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: false,
                 origin_fixed: true,
+                replicates: 4,
+                survey: true,
             },
         ),
     ]
@@ -103,6 +111,8 @@ impl State {
             origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
             loop_cap: 7500,
+            replicates: v.replicates,
+            survey: u32::from(v.survey),
             ..Specialisation::default()
         };
         let length = |buffer| match buffer {
@@ -139,6 +149,10 @@ impl State {
         m.words_mut(Buf::DepthCounts).fill(0);
         m.words_mut(Buf::Counters).fill(0);
         m.slots.iter_mut().for_each(|s| *s = rng.vector());
+        m.pixels.iter_mut().for_each(|p| *p = rng.below(1 << 20));
+        for buffer in [Buf::Paths, Buf::Marks] {
+            m.words_mut(buffer).iter_mut().for_each(|w| *w = rng.below(1 << 30));
+        }
         State { spec, memory: m }
     }
 
@@ -147,7 +161,7 @@ impl State {
     }
 
     pub fn push(&self) -> Push {
-        Push { depth: 1, last_depth: 2, capacity: 2 * RAYS, items: RAYS, ..Push::default() }
+        Push { depth: 1, last_depth: 2, capacity: 2 * RAYS, items: RAYS, cutoff: 0.2, ..Push::default() }
     }
 
     /// Push constants of a `shadow` pass.

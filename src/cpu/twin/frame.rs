@@ -44,9 +44,11 @@ pub fn render(
             sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         });
         counts.counters.iter_mut().zip(tally.counters).for_each(|(sum, more)| *sum += more);
-        for (film, at) in memory.film.iter().zip(tile.offsets([x0, y0, x1, y1])) {
-            let Film { sum, compensation } = *film;
-            linear[at] = mean(&ImageFilm { sum, compensation }, settings.samples);
+        let pixels = memory.film.chunks(plan.specialisation.replicates as usize);
+        for (films, at) in pixels.zip(tile.offsets([x0, y0, x1, y1])) {
+            let films: Vec<ImageFilm> =
+                films.iter().map(|&Film { sum, compensation }| ImageFilm { sum, compensation }).collect();
+            linear[at] = mean(&films, settings.samples);
         }
     }
     Some((linear, counts))
@@ -101,6 +103,7 @@ fn batch(
         last_depth: settings.depth,
         capacity: plan.capacity,
         items,
+        cutoff: settings.cutoff,
         ..Push::default()
     };
     let groups = items.div_ceil(spec.workgroup);

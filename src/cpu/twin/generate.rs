@@ -2,14 +2,15 @@
 
 use super::lib::numeric::safe_normalize;
 use super::real::{Real, Real3, Vec3, real};
-use super::structs::{Camera, Push, Ray};
+use super::structs::{Camera, Path, Push, Ray};
 use crate::abi::{NONE, Specialisation};
 use crate::sampler;
 
-fn primary_ray(push: &Push, c: &Camera, slot: u32) -> Ray {
+fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], slot: u32) -> Ray {
     let pixel = slot % push.tile_pixels;
-    let x = push.tile_x + pixel % push.tile_width;
-    let y = push.tile_y + pixel / push.tile_width;
+    let at = if spec.survey != 0 { pixels[pixel as usize] } else { pixel };
+    let x = push.tile_x + at % push.tile_width;
+    let y = push.tile_y + at / push.tile_width;
     let k = push.first_sample + slot / push.tile_pixels;
     let offset = sampler::offset(push.seed, x, y, k, push.samples);
     let sx = (x as Real + real(offset[0])) * c.step_x - 1.0;
@@ -30,14 +31,19 @@ pub fn generate(
     push: &Push,
     camera: &[Camera],
     eye_media: &[u32],
+    pixels: &[u32],
     rays: &mut [Ray],
     media: &mut [u32],
     slots: &mut [[f32; 3]],
+    paths: &mut [Path],
 ) {
     let capacity = spec.media_capacity as usize;
     for slot in 0..push.items as usize {
-        rays[slot] = primary_ray(push, &camera[0], slot as u32);
+        rays[slot] = primary_ray(spec, push, &camera[0], pixels, slot as u32);
         slots[slot] = [0.0; 3];
+        if spec.survey != 0 {
+            paths[slot] = Path::default();
+        }
         for j in 0..capacity {
             media[slot * capacity + j] = eye_media[j];
         }

@@ -2,8 +2,8 @@
 
 use super::real::Real;
 use super::structs::{
-    Camera, CornerNormals, DepthCount, Film, Hit, Light, Material, Node, Push, Queue, Ray, Sphere,
-    SphereInfo, Surface, Triangle, TriangleInfo, WideSphere,
+    Camera, CornerNormals, DepthCount, Film, Hit, Light, Mark, Material, Node, Path, Push, Queue, Ray,
+    Sphere, SphereInfo, Surface, Triangle, TriangleInfo, WideSphere,
 };
 use super::{PRECISION, from_host};
 use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
@@ -46,6 +46,7 @@ memory! {
     solid_iors / SolidIors: f32;
     solid_priorities / SolidPriorities: i32;
     eye_media / EyeMedia: u32;
+    pixels / Pixels: u32;
     rays / Rays: Ray;
     next_rays / NextRays: Ray;
     media / Media: u32;
@@ -58,7 +59,9 @@ memory! {
     offsets / Offsets: u32;
     contributions / Contributions: [f32; 3];
     slots / Slots: [f32; 3];
+    paths / Paths: Path;
     film / Film: Film;
+    marks / Marks: Mark;
     depth_counts / DepthCounts: DepthCount;
     counters / Counters: u32;
     self_test / SelfTest: Real;
@@ -101,9 +104,11 @@ impl Memory {
                 push,
                 &m.camera,
                 &m.eye_media,
+                &m.pixels,
                 &mut m.rays,
                 &mut m.media,
                 &mut m.slots,
+                &mut m.paths,
             ),
             Kernel::Intersect => intersect::intersect(
                 spec,
@@ -136,6 +141,7 @@ impl Memory {
                 &m.hits,
                 &mut m.surfaces,
                 &mut m.totals,
+                &mut m.paths,
             ),
             Kernel::Scan => scan::scan(
                 spec,
@@ -178,6 +184,7 @@ impl Memory {
                 &m.surfaces,
                 &mut m.contributions,
                 &mut m.slots,
+                &mut m.paths,
                 &mut m.depth_counts,
                 &mut m.counters,
             ),
@@ -186,7 +193,9 @@ impl Memory {
             }
             // No part of a frame: `crate::selftest` judges what it writes.
             Kernel::Selftest => {}
-            Kernel::Resolve => resolve::resolve(push, &m.slots, &mut m.film),
+            Kernel::Resolve => {
+                resolve::resolve(spec, push, &m.slots, &m.paths, &mut m.film, &mut m.marks);
+            }
         }
     }
 }

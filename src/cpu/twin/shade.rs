@@ -6,12 +6,17 @@ use super::lib::numeric::dot3;
 use super::lib::surface::{smooth_normal, sphere_point, triangle_point, wide_sphere_point};
 use super::real::{Real, Real3, float, real};
 use super::structs::{
-    CornerNormals, Hit, Material, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle, TriangleInfo,
-    WideSphere,
+    CornerNormals, Hit, Material, Path, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
+    TriangleInfo, WideSphere,
 };
 use crate::abi::{
-    CHILD_REFLECTED, CHILD_REFRACTED, FRESNEL_CONSTANT, LEAVES, NONE, PASSES, PREFIX_SHIFT, Specialisation,
+    CHILD_REFLECTED, CHILD_REFRACTED, CUT_ONE, FRESNEL_CONSTANT, LEAVES, NONE, PASSES, PREFIX_SHIFT,
+    Specialisation,
 };
+
+fn greatest(v: [f32; 3]) -> f32 {
+    v[0].max(v[1].max(v[2]))
+}
 
 /// The scene as `strike` sees it.
 struct Scene<'a> {
@@ -29,7 +34,7 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    fn strike(&self, ray: &Ray, inside: &[u32], h: &Hit) -> Surface {
+    fn strike(&self, ray: &Ray, inside: &[u32], h: &Hit, paths: &mut [Path]) -> Surface {
         let mut s = Surface { primitive: h.primitive, ..Surface::default() };
         if h.primitive == NONE {
             return s;
@@ -80,8 +85,11 @@ impl Scene<'_> {
                 let others = medium(inside, s.solid, self.solid_priorities);
                 if others != 0 && priority(others) > priority(s.solid) {
                     s.share = 0.0;
-                    let goes_on = self.push.depth < self.push.last_depth;
-                    s.flags |= PASSES | if goes_on { CHILD_REFRACTED } else { 0 };
+                    let last = self.push.depth == self.push.last_depth;
+                    s.flags |= PASSES | if last { 0 } else { CHILD_REFRACTED };
+                    if last {
+                        self.note_cut(ray, greatest(ray.throughput), paths);
+                    }
                     return s;
                 }
                 beyond = ior(if s.flags & LEAVES != 0 { others } else { s.solid });
@@ -91,11 +99,29 @@ impl Scene<'_> {
             }
         }
         s.share = float(reflection_share(m, here, beyond, d, normal, s.cosine));
-        if m.secondary > 0.0 && self.push.depth < self.push.last_depth {
-            s.flags |= if s.share > 0.0 { CHILD_REFLECTED } else { 0 };
-            s.flags |= if s.share < 1.0 { CHILD_REFRACTED } else { 0 };
+        if m.secondary > 0.0 {
+            let w = greatest(ray.throughput) * m.secondary;
+            s.flags |= self.child(ray, CHILD_REFLECTED, s.share * w, paths);
+            s.flags |= self.child(ray, CHILD_REFRACTED, (1.0 - s.share) * w, paths);
         }
         s
+    }
+
+    fn note_cut(&self, ray: &Ray, throughput: f32, paths: &mut [Path]) {
+        if self.spec.survey != 0 {
+            paths[ray.slot as usize].cut += (throughput * CUT_ONE as f32) as u32 + 1;
+        }
+    }
+
+    fn child(&self, ray: &Ray, kind: u32, throughput: f32, paths: &mut [Path]) -> u32 {
+        if !(throughput > 0.0) {
+            return 0;
+        }
+        if self.push.depth < self.push.last_depth && !(throughput < self.push.cutoff) {
+            return kind;
+        }
+        self.note_cut(ray, throughput, paths);
+        0
     }
 }
 
@@ -118,6 +144,7 @@ pub fn shade(
     hits: &[Hit],
     surfaces: &mut [Surface],
     totals: &mut [u32],
+    paths: &mut [Path],
 ) {
     let scene = Scene {
         spec,
@@ -136,7 +163,7 @@ pub fn shade(
     for (group, begin) in (0..count).step_by(spec.workgroup as usize).enumerate() {
         let (mut reflections, mut refractions) = (0, 0);
         for i in begin..count.min(begin + spec.workgroup as usize) {
-            let mut s = scene.strike(&rays[i], &media[i * capacity..(i + 1) * capacity], &hits[i]);
+            let mut s = scene.strike(&rays[i], &media[i * capacity..(i + 1) * capacity], &hits[i], paths);
             let children = s.flags;
             s.flags |= (reflections + refractions) << PREFIX_SHIFT;
             surfaces[i] = s;

@@ -5,10 +5,11 @@ use super::lib::surface::spawn_origin;
 use super::lib::trace::{Shapes, make_trace_ray};
 use super::real::{Real, Real3, U, Vec3, float};
 use super::structs::{
-    Camera, DepthCount, Light, Material, Node, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
+    Camera, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
     TriangleInfo, WideSphere,
 };
-use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, Specialisation};
+use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, Specialisation};
+use crate::sampler::pcg4d;
 
 fn before_light(light: Real3, segment: Real3) -> Real {
     let m = max_component(light);
@@ -67,6 +68,7 @@ pub fn shadow(
     surfaces: &[Surface],
     contributions: &mut [[f32; 3]],
     slots: &mut [[f32; 3]],
+    paths: &mut [Path],
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
@@ -79,13 +81,24 @@ pub fn shadow(
         let m = &materials[if hit { s.material as usize } else { 0 }];
         let diffuse = Vec3::from(m.diffuse);
         let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
+        let (mut shadow_rays, mut seen) = (0, 0u32);
         let mut light = if first { Vec3::ZERO } else { contributions[i].into() };
         if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
-            let mut shadow_rays = 0;
             for source in lights {
-                light += direct_light(&shapes, source, s, camera[0].origin_shift, &mut shadow_rays, counters);
+                let more =
+                    direct_light(&shapes, source, s, camera[0].origin_shift, &mut shadow_rays, counters);
+                light += more;
+                seen = seen << 1 | u32::from(!(more.x == 0.0 && more.y == 0.0 && more.z == 0.0));
             }
             depth_counts[push.depth as usize - 1].shadow += shadow_rays;
+        }
+        if spec.survey != 0 {
+            let kind = if hit { s.flags & ((1 << PREFIX_SHIFT) - 1) } else { 0 };
+            let hash = pcg4d([s.primitive, kind, push.depth, push.light_begin << 8 | seen])[0];
+            let path = &mut paths[rays[i].slot as usize];
+            path.hash = path.hash.wrapping_add(hash);
+            path.rays += shadow_rays + u32::from(first);
+            path.depth = path.depth.max(push.depth);
         }
         if !last {
             contributions[i] = light.into();
