@@ -451,6 +451,12 @@ constants! {
     SELF_TEST_ROW = 11;
     /// Length of `counters`.
     COUNTERS = 6;
+    /// `sampler_kind`: independent samples.
+    SAMPLER_RANDOM = 0;
+    /// `sampler_kind`: progressive jittered samples.
+    SAMPLER_STRATIFIED = 1;
+    /// `sampler_kind`: Owen-scrambled Sobol points.
+    SAMPLER_OWEN = 2;
     /// `defect`: Nothing is planted.
     DEFECT_NONE = 0;
     /// `defect`: Triangles by Moeller and Trumbore's test instead of the watertight one.
@@ -565,6 +571,10 @@ specialisation! {
     branching: 0;
     /// Loop cap of one traversal.
     loop_cap: 60_000;
+    /// SAMPLER_RANDOM, SAMPLER_STRATIFIED or SAMPLER_OWEN; `sampler` is a word of GLSL.
+    sampler_kind: SAMPLER_OWEN;
+    /// Independently scrambled sequences that a pixel's samples are dealt to, at least 1.
+    replicates: 1;
     /// A planted defect, for the tests of the tests; 0 = none.
     defect: 0;
 }

@@ -100,6 +100,8 @@ impl Plan {
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
+                sampler_kind: settings.sampler.word(),
+                replicates: settings.replicates.max(1),
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,

@@ -101,8 +101,10 @@ pub struct SettingsInfo {
     pub samples: u32,
     /// Rays in the longest path.
     pub depth: u32,
-    /// `random`.
+    /// `random`, `stratified` or `owen`.
     pub sampler: String,
+    /// Independently scrambled sequences that the samples are dealt to.
+    pub replicates: u32,
     /// `robust`.
     pub precision: String,
     /// Seed of the sampler.

@@ -1,6 +1,7 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
 use crate::defect::Defect;
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 
 /// Which Vulkan device to use.
@@ -91,6 +92,11 @@ pub struct Settings {
     pub samples: u32,
     /// Rays in the longest path, at least 1.
     pub depth: u32,
+    /// How the samples of a pixel are spread over it.
+    pub sampler: Sampler,
+    /// Independently scrambled sequences that a pixel's samples are dealt to in turn, at least 1: their
+    /// means are independent estimates of the pixel. Means nothing to [`Sampler::Random`].
+    pub replicates: u32,
     /// Seed of the sampler.
     pub seed: u32,
     /// Arithmetic of the kernels.
@@ -114,6 +120,8 @@ impl Settings {
             height: scene.camera.height,
             samples: scene.render.samples,
             depth: scene.render.depth,
+            sampler: Sampler::default(),
+            replicates: 1,
             seed: 0,
             precision: Precision::default(),
             origin: Origin::default(),

@@ -90,6 +90,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
     }
     settings.samples = args.samples.unwrap_or(settings.samples);
     settings.depth = args.depth.unwrap_or(settings.depth);
+    settings.sampler = args.sampler;
     settings.seed = args.seed;
     settings.precision = args.precision;
     settings.origin = args.origin;

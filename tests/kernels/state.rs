@@ -9,6 +9,7 @@ use whitted::cpu::twin::single::Memory;
 use whitted::cpu::twin::single::lib::r#box::{sphere_box, triangle_box};
 use whitted::frame::Bounds;
 use whitted::kernels::Kernel;
+use whitted::sampler::Sampler;
 
 /// What a kernel is compiled for.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +24,8 @@ pub struct Variant {
     wide: bool,
     robust: bool,
     origin_fixed: bool,
+    sampler: Sampler,
+    replicates: u32,
 }
 
 /// Everything on, everything off, and the report's way.
@@ -41,6 +44,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: true,
                 robust: true,
                 origin_fixed: false,
+                sampler: Sampler::Owen,
+                replicates: 3,
             },
         ),
         (
@@ -56,6 +61,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: true,
                 origin_fixed: false,
+                sampler: Sampler::Stratified,
+                replicates: 5,
             },
         ),
         (
@@ -71,6 +78,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: false,
                 origin_fixed: true,
+                sampler: Sampler::Random,
+                replicates: 2,
             },
         ),
     ]
@@ -103,6 +112,8 @@ impl State {
             origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
             loop_cap: 7500,
+            sampler_kind: v.sampler.word(),
+            replicates: v.replicates,
             ..Specialisation::default()
         };
         let length = |buffer| match buffer {

@@ -4,14 +4,15 @@ use super::lib::numeric::safe_normalize;
 use super::real::{Real, Real3, Vec3, real};
 use super::structs::{Camera, Push, Ray};
 use crate::abi::{NONE, Specialisation};
-use crate::sampler;
+use crate::sampler::{self, Sampler};
 
-fn primary_ray(push: &Push, c: &Camera, slot: u32) -> Ray {
+fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, slot: u32) -> Ray {
     let pixel = slot % push.tile_pixels;
     let x = push.tile_x + pixel % push.tile_width;
     let y = push.tile_y + pixel / push.tile_width;
     let k = push.first_sample + slot / push.tile_pixels;
-    let offset = sampler::offset(push.seed, x, y, k, push.samples);
+    let kind = Sampler::of_word(spec.sampler_kind);
+    let offset = sampler::offset(kind, spec.replicates, push.seed, x, y, k, push.samples);
     let sx = (x as Real + real(offset[0])) * c.step_x - 1.0;
     let sy = 1.0 - (y as Real + real(offset[1])) * c.step_y;
     let lateral = sx * Real3::from(c.right) + sy * Real3::from(c.up);
@@ -36,7 +37,7 @@ pub fn generate(
 ) {
     let capacity = spec.media_capacity as usize;
     for slot in 0..push.items as usize {
-        rays[slot] = primary_ray(push, &camera[0], slot as u32);
+        rays[slot] = primary_ray(spec, push, &camera[0], slot as u32);
         slots[slot] = [0.0; 3];
         for j in 0..capacity {
             media[slot * capacity + j] = eye_media[j];
