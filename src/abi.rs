@@ -485,6 +485,12 @@ constants! {
     /// `Path::cut` of a throughput of 1. The throughputs that a sample loses sum to 1 at most, for a
     /// material's weights sum to 1: 32 bits hold four times that.
     CUT_ONE = 0x4000_0000;
+    /// `sampler_kind`: independent samples.
+    SAMPLER_RANDOM = 0;
+    /// `sampler_kind`: progressive jittered samples.
+    SAMPLER_STRATIFIED = 1;
+    /// `sampler_kind`: Owen-scrambled Sobol points.
+    SAMPLER_OWEN = 2;
     /// `defect`: Nothing is planted.
     DEFECT_NONE = 0;
     /// `defect`: Triangles by Moeller and Trumbore's test instead of the watertight one.
@@ -599,7 +605,10 @@ specialisation! {
     branching: 0;
     /// Loop cap of one traversal.
     loop_cap: 60_000;
-    /// Independent sets that the samples of a pixel are dealt to in turn; `film` keeps their sums apart.
+    /// SAMPLER_RANDOM, SAMPLER_STRATIFIED or SAMPLER_OWEN; `sampler` is a word of GLSL.
+    sampler_kind: SAMPLER_OWEN;
+    /// Independently scrambled sequences that a pixel's samples are dealt to, at least 1; `film` keeps
+    /// their sums apart.
     replicates: 1;
     /// 1: trace listed pixels and record what their paths do.
     survey: 0;

@@ -101,8 +101,12 @@ pub struct SettingsInfo {
     pub samples: u32,
     /// Rays in the longest path.
     pub depth: u32,
-    /// `random`.
+    /// Rays with less throughput are not spawned; 0 spawns all.
+    pub cutoff: f32,
+    /// `random`, `stratified` or `owen`.
     pub sampler: String,
+    /// Independently scrambled sequences that the samples are dealt to.
+    pub replicates: u32,
     /// `robust`.
     pub precision: String,
     /// Seed of the sampler.

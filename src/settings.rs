@@ -1,6 +1,7 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
 use crate::defect::Defect;
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 
 /// Which Vulkan device to use.
@@ -93,8 +94,10 @@ pub struct Settings {
     pub depth: u32,
     /// A ray with less throughput is not spawned; 0 spawns all.
     pub cutoff: f32,
-    /// Independent sets that the samples of a pixel are dealt to in turn, at least 1; their spread tells
-    /// the sampling error.
+    /// How the samples of a pixel are spread over it.
+    pub sampler: Sampler,
+    /// Independently scrambled sequences that a pixel's samples are dealt to in turn, at least 1: their
+    /// means are independent estimates of the pixel. Means nothing to [`Sampler::Random`].
     pub replicates: u32,
     /// Seed of the sampler.
     pub seed: u32,
@@ -120,6 +123,7 @@ impl Settings {
             samples: scene.render.samples,
             depth: scene.render.depth,
             cutoff: 0.0,
+            sampler: Sampler::default(),
             replicates: 1,
             seed: 0,
             precision: Precision::default(),

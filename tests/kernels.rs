@@ -64,7 +64,7 @@ fn generate() {
                 tile_y: rng.below(5000),
                 tile_width: width,
                 tile_pixels: width * height,
-                first_sample: rng.below(1000),
+                first_sample: rng.word() >> rng.pick(&[1, 12, 24]),
                 batch_samples: samples,
                 samples,
                 seed: rng.word(),

@@ -34,7 +34,7 @@ fn every_library_file_has_a_twin() {
         match name {
             // Declarations, and the pixel's samples, whose twin is used by the oracle too.
             "prelude" => {}
-            "sampler" => assert!(read("src/sampler.rs").contains("pcg4d")),
+            "sampler" => assert!(read("src/sampler.rs").contains("glsl/lib/sampler.glsl")),
             _ => assert!(
                 read(&format!("src/cpu/twin/lib/{name}.rs")).contains(&format!("glsl/lib/{name}.glsl"))
             ),

@@ -5,6 +5,7 @@ mod values;
 pub use values::{Crop, Output, Size};
 
 use crate::generate::Shape;
+use crate::sampler::Sampler;
 use crate::settings::{DeviceChoice, Origin, Precision};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -47,6 +48,8 @@ Pictures:
                               STEM_glass.toml beside STEM.toml, or the other way round
   contact_sheet.png           all of them, with samples, depth, time and rays
   gallery.json                the report of each
+
+Samples are independent (`--sampler random` of `whitted render`), so that counts are compared and nothing else.
 
 Example:
   whitted gallery scenes/cornell.toml -o out/gallery";
@@ -102,6 +105,14 @@ pub struct RenderArgs {
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
     #[arg(long, value_name = "D", value_parser = values::positive())]
     pub depth: Option<u32>,
+
+    /// Do not trace rays that can add less than this share of their light to the pixel, in [0, 1)
+    #[arg(long, value_name = "T", value_parser = values::cutoff, default_value_t = 0.0)]
+    pub cutoff: f32,
+
+    /// How the samples of a pixel are spread over it: `random`, `stratified` (jittered) or `owen` (scrambled Sobol points)
+    #[arg(long, value_name = "WHICH", default_value = "owen")]
+    pub sampler: Sampler,
 
     /// Seed of the sampler
     #[arg(long, value_name = "K", default_value_t = 0)]

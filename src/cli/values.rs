@@ -92,6 +92,14 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A throughput in [0, 1).
+pub(super) fn cutoff(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),
+        _ => Err("the least throughput must be at least 0 and below 1; 0 cuts nothing".into()),
+    }
+}
+
 /// An empty text (an empty environment variable) leaves the choice open.
 pub(super) fn device(text: &str) -> Result<DeviceChoice, Infallible> {
     if text.is_empty() { Ok(DeviceChoice::Best) } else { text.parse() }
@@ -143,6 +151,14 @@ mod tests {
         assert_eq!(scale("0.25"), Ok(0.25));
         for bad in ["0", "-1", "1.01", "NaN", "inf", ""] {
             assert!(scale(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn cutoffs() {
+        assert_eq!((cutoff("0"), cutoff("0.5")), (Ok(0.0), Ok(0.5)));
+        for bad in ["1", "-0.1", "NaN", "inf", ""] {
+            assert!(cutoff(bad).is_err(), "{bad}");
         }
     }
 

@@ -90,6 +90,8 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
     }
     settings.samples = args.samples.unwrap_or(settings.samples);
     settings.depth = args.depth.unwrap_or(settings.depth);
+    settings.sampler = args.sampler;
+    settings.cutoff = args.cutoff;
     settings.seed = args.seed;
     settings.precision = args.precision;
     settings.origin = args.origin;

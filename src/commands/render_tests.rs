@@ -1,6 +1,7 @@
 use super::*;
 use crate::cli::{Cli, Command, Verbosity};
 use crate::report::{DepthInfo, Report};
+use crate::sampler::Sampler;
 use crate::settings::{Origin, Precision};
 use clap::Parser;
 use std::fs;
@@ -62,7 +63,7 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
 fn options_override_the_scene() {
     let own = settings(&arguments(&["-o", "a.png"]), &scene()).unwrap();
     assert_eq!(own, Settings::of(&scene()));
-    let words = "-o a.png --size 40x30 --samples 7 --depth 9 --seed 5 --precision f64 --origin fixed:0.5 --crop 1,2,40,30 \
+    let words = "-o a.png --size 40x30 --samples 7 --depth 9 --cutoff 0.01 --sampler stratified --seed 5 --precision f64 --origin fixed:0.5 --crop 1,2,40,30 \
                  --tile-pixels 64 --batch-samples 3 --workgroup 128";
     let given = settings(&arguments(&words.split_whitespace().collect::<Vec<_>>()), &scene()).unwrap();
     let schedule =
@@ -72,6 +73,9 @@ fn options_override_the_scene() {
         height: 30,
         samples: 7,
         depth: 9,
+        cutoff: 0.01,
+        sampler: Sampler::Stratified,
+        replicates: 1,
         seed: 5,
         precision: Precision::Double,
         origin: Origin::Fixed(0.5),

@@ -5,6 +5,7 @@ mod sheet;
 
 pub use sheet::{Cell, Section, Sheet};
 
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::units::plural;
@@ -60,7 +61,10 @@ pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     let settings = |subject: &Subject| {
         let own = Settings::of(&subject.scene);
         let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
-        Settings { width: side(own.width), height: side(own.height), seed, ..own }
+        // Independent samples: what the row of samples shows is their number and nothing else, and the
+        // pictures stand beside earlier ones made so.
+        let sampler = Sampler::Random;
+        Settings { width: side(own.width), height: side(own.height), sampler, seed, ..own }
     };
     let Some(first) = subjects.first().map(settings) else {
         return Vec::new();
@@ -164,9 +168,9 @@ pub(crate) mod tests {
         );
         assert_eq!(of(2)[0], ("depth_b_1".into(), 15, 4, 1));
         assert_eq!(of(3), want(&[("final_a", 30, 20, 3), ("final_b", 15, 5, 3)]));
-        assert!(
-            rows.iter().flat_map(|r| &r.pictures).all(|p| p.settings.seed == 7 && p.settings.height == 3)
-        );
+        assert!(rows.iter().flat_map(|r| &r.pictures).all(|p| p.settings.seed == 7
+            && p.settings.height == 3
+            && p.settings.sampler == Sampler::Random));
     }
 
     #[test]

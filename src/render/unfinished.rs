@@ -71,8 +71,17 @@ impl Identity {
 fn told(s: &SettingsInfo) -> String {
     let crop = s.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(" --crop {x0},{y0},{x1},{y1}"));
     format!(
-        "--size {}x{}{crop} --samples {} --depth {} --seed {} --precision {} --origin {} (sampler {})",
-        s.width, s.height, s.samples, s.depth, s.seed, s.precision, s.origin, s.sampler
+        "--size {}x{}{crop} --samples {} --depth {} --cutoff {} --sampler {} --seed {} --precision {} --origin {} (replicates {})",
+        s.width,
+        s.height,
+        s.samples,
+        s.depth,
+        s.cutoff,
+        s.sampler,
+        s.seed,
+        s.precision,
+        s.origin,
+        s.replicates
     )
 }
 

@@ -6,7 +6,7 @@ use crate::frame::LocalFrame;
 use crate::pack::WIDE_RADII;
 use crate::probe::{ProbeRay, Probed};
 use crate::render::RenderError;
-use crate::sampler::pcg4d;
+use crate::sampler::{Sampler, pcg4d};
 use crate::scene::Scene;
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
@@ -83,13 +83,20 @@ impl<'t> Harness<'t> {
         if self.precision == Precision::Double { 2f64.powi(-53) } else { 2f64.powi(-24) }
     }
 
-    /// The scene's own settings in the case's precision.
+    /// The scene's own settings in the case's precision. Samples are independent: the bounds of statistical
+    /// cases are those of a binomial.
     pub fn settings(&self, scene: &Scene) -> Settings {
         let origin = match self.planted {
             Some(Defect::FixedOrigin) => Origin::Fixed(0.1),
             _ => Origin::Bound,
         };
-        Settings { precision: self.precision, planted: self.planted, origin, ..Settings::of(scene) }
+        Settings {
+            precision: self.precision,
+            planted: self.planted,
+            origin,
+            sampler: Sampler::Random,
+            ..Settings::of(scene)
+        }
     }
 
     /// Renders the scene under its own settings.

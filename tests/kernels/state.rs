@@ -9,6 +9,7 @@ use whitted::cpu::twin::single::Memory;
 use whitted::cpu::twin::single::lib::r#box::{sphere_box, triangle_box};
 use whitted::frame::Bounds;
 use whitted::kernels::Kernel;
+use whitted::sampler::Sampler;
 
 /// What a kernel is compiled for.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +24,7 @@ pub struct Variant {
     wide: bool,
     robust: bool,
     origin_fixed: bool,
+    sampler: Sampler,
     replicates: u32,
     survey: bool,
 }
@@ -43,6 +45,7 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: true,
                 robust: true,
                 origin_fixed: false,
+                sampler: Sampler::Owen,
                 replicates: 3,
                 survey: true,
             },
@@ -60,7 +63,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: true,
                 origin_fixed: false,
-                replicates: 1,
+                sampler: Sampler::Stratified,
+                replicates: 5,
                 survey: false,
             },
         ),
@@ -77,7 +81,8 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: false,
                 origin_fixed: true,
-                replicates: 4,
+                sampler: Sampler::Random,
+                replicates: 2,
                 survey: true,
             },
         ),
@@ -111,6 +116,7 @@ impl State {
             origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
             loop_cap: 7500,
+            sampler_kind: v.sampler.word(),
             replicates: v.replicates,
             survey: u32::from(v.survey),
             ..Specialisation::default()

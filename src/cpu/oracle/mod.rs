@@ -117,7 +117,8 @@ impl Oracle {
     }
 
     fn sample_counted(&self, x: u32, y: u32, k: u32, settings: &Settings, rays: &mut RayInfo) -> Sample {
-        let offset = sampler::offset(settings.seed, x, y, k, settings.samples).map(f64::from);
+        let Settings { sampler, replicates, seed, samples, .. } = *settings;
+        let offset = sampler::offset(sampler, replicates, seed, x, y, k, samples).map(f64::from);
         let ray = self.primary(f64::from(x) + offset[0], f64::from(y) + offset[1], settings);
         rays.primary += 1;
         depth_row(rays, 1).traced += 1;

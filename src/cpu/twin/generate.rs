@@ -4,7 +4,7 @@ use super::lib::numeric::safe_normalize;
 use super::real::{Real, Real3, Vec3, real};
 use super::structs::{Camera, Path, Push, Ray};
 use crate::abi::{NONE, Specialisation};
-use crate::sampler;
+use crate::sampler::{self, Sampler};
 
 fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], slot: u32) -> Ray {
     let pixel = slot % push.tile_pixels;
@@ -12,7 +12,8 @@ fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], s
     let x = push.tile_x + at % push.tile_width;
     let y = push.tile_y + at / push.tile_width;
     let k = push.first_sample + slot / push.tile_pixels;
-    let offset = sampler::offset(push.seed, x, y, k, push.samples);
+    let kind = Sampler::of_word(spec.sampler_kind);
+    let offset = sampler::offset(kind, spec.replicates, push.seed, x, y, k, push.samples);
     let sx = (x as Real + real(offset[0])) * c.step_x - 1.0;
     let sy = 1.0 - (y as Real + real(offset[1])) * c.step_y;
     let lateral = sx * Real3::from(c.right) + sy * Real3::from(c.up);

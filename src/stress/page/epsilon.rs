@@ -11,6 +11,7 @@ use crate::measure::metrics::{Metrics, Rgb, compare};
 use crate::measure::stats::median;
 use crate::probe::ProbeRay;
 use crate::render::{Quiet, Renderer};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::settings::{Origin, Precision, Settings};
 use crate::stress::case::Random;
@@ -77,7 +78,10 @@ fn dark_and_light<A: Rgb, B: Rgb>(image: &[A], truth: &[B]) -> (u64, u64) {
 
 pub(super) fn measure(renderer: &mut Renderer, precision: Precision) -> Result<Epsilon, PageError> {
     let scene = scene();
-    let base = Settings { width: SIDE, height: SIDE, samples: SAMPLES, precision, ..Settings::of(&scene) };
+    // Independent samples, like those of the cases on the same page.
+    let sampler = Sampler::Random;
+    let own = Settings::of(&scene);
+    let base = Settings { width: SIDE, height: SIDE, samples: SAMPLES, sampler, precision, ..own };
     let oracle = Oracle::new(&scene);
     let direct = Settings { depth: 1, ..base.clone() };
     let (truth, truth_direct) = (oracle.render(&base).linear, oracle.render(&direct).linear);
