@@ -196,13 +196,13 @@ fn edges(count: u32) -> Vec<Pixel> {
         .collect()
 }
 
-/// exp(p x + q y): smooth pixels.
+/// exp(p x + q y), scaled to a mean of 1: smooth pixels.
 fn smooth(count: u32) -> Vec<Pixel> {
     units(count)
         .map(|[u, v, ..]| {
             let (p, q) = (1.0 + 2.0 * u, 1.0 + 2.0 * v);
             let mean = (p.exp() - 1.0) / p * (q.exp() - 1.0) / q;
-            Pixel { value: Box::new(move |x, y| (p * x + q * y).exp()), mean }
+            Pixel { value: Box::new(move |x, y| (p * x + q * y).exp() / mean), mean: 1.0 }
         })
         .collect()
 }
@@ -214,10 +214,10 @@ fn slope(pixels: &[Pixel], points: impl Fn(u32, u32) -> [f64; 2]) -> f64 {
         let mut sum = 0.0;
         for k in 0..1024u32 {
             let [x, y] = points(i as u32, k);
-            sum += (pixel.value)(x, y) / pixel.mean;
+            sum += (pixel.value)(x, y);
             let n = k + 1;
             if n >= 4 && n.is_power_of_two() {
-                squares[n.trailing_zeros() as usize - 2] += (sum / f64::from(n) - 1.0).powi(2) * pixel.mean;
+                squares[n.trailing_zeros() as usize - 2] += (sum / f64::from(n) - pixel.mean).powi(2);
             }
         }
     }
@@ -244,7 +244,7 @@ fn errors_fall_as_fast_as_they_must() {
         }
     }
 
-    // What is not scrambled, or has strata only in one dimension, falls short of it.
+    // What is not scrambled, or has strata in one dimension only, falls short.
     let unscrambled =
         |_, k: u32| [k, sobol_1_reversed(k)].map(|c| f64::from(c.reverse_bits()) / 4_294_967_296.0);
     let found = slope(&smooth, unscrambled);

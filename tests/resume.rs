@@ -4,6 +4,7 @@
 
 use std::path::Path;
 use whitted::render::{Observer, Quiet, RenderError, Rendered, Renderer, Unfinished};
+use whitted::sampler::Sampler;
 use whitted::scene::{self, Scene};
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
@@ -109,6 +110,10 @@ fn another_render_is_refused() {
     };
     let why = refused(&scene, &Settings { samples: 7, ..settings.clone() });
     assert!(why.contains("--samples 6") && why.contains("--samples 7"), "{why}");
+    let why = refused(&scene, &Settings { sampler: Sampler::Random, ..settings.clone() });
+    assert!(why.contains("--sampler owen") && why.contains("--sampler random"), "{why}");
+    let why = refused(&scene, &Settings { replicates: 2, ..settings.clone() });
+    assert!(why.contains("(replicates 2)"), "{why}");
     let mut moved = scene.clone();
     moved.meshes[0].vertices[0].x += 1e-3;
     let why = refused(&moved, &settings);

@@ -8,15 +8,16 @@ use whitted::image::linear_sha256;
 use whitted::pack::pack;
 use whitted::plan::Plan;
 use whitted::report::Report;
+use whitted::sampler::Sampler;
 use whitted::scene::Scene;
 use whitted::settings::{Origin, Precision, Schedule, Settings};
 
-/// Every way the kernels compute.
-const ARITHMETIC: [(Precision, Origin); 4] = [
-    (Precision::Robust, Origin::Bound),
-    (Precision::Fast, Origin::Bound),
-    (Precision::Double, Origin::Bound),
-    (Precision::Robust, Origin::Fixed(1e-3)),
+/// Every way the kernels compute, and every sampler.
+const ARITHMETIC: [(Precision, Origin, Sampler); 4] = [
+    (Precision::Robust, Origin::Bound, Sampler::Owen),
+    (Precision::Fast, Origin::Bound, Sampler::Random),
+    (Precision::Double, Origin::Bound, Sampler::Owen),
+    (Precision::Robust, Origin::Fixed(1e-3), Sampler::Stratified),
 ];
 
 /// Scenes that between them have every feature.
@@ -35,7 +36,7 @@ fn same_bits(a: &[[f32; 3]], b: &[[f32; 3]]) -> bool {
 fn the_device_gives_the_twins_image_and_counts() {
     let mut renderer = renderer();
     let limits = renderer.device().limits();
-    for ((name, scene), (precision, origin)) in scenes()
+    for ((name, scene), (precision, origin, sampler)) in scenes()
         .into_iter()
         .chain([("everything".into(), everything()), ("planet".into(), planet())])
         .flat_map(|subject| {
@@ -44,10 +45,10 @@ fn the_device_gives_the_twins_image_and_counts() {
             ARITHMETIC[..ways].iter().map(|how| (subject.clone(), *how)).collect::<Vec<_>>()
         })
     {
-        let name = format!("{name}, {precision:?}, {origin:?}");
+        let name = format!("{name}, {precision:?}, {origin:?}, {sampler:?}");
         // Tiles and batches that divide nothing.
         let schedule = Schedule { tile_pixels: Some(301), batch_samples: Some(2), ..Schedule::default() };
-        let settings = Settings { schedule, precision, origin, ..small(&scene, 37, 3, 11) };
+        let settings = Settings { schedule, precision, origin, sampler, ..small(&scene, 37, 3, 11) };
         let packed = pack(&scene, &settings, None);
         let plan = Plan::new(&packed, &settings, &limits).unwrap();
         let (linear, counts) = twin::render(&packed, &scene, &settings, &plan).unwrap();
