@@ -1,4 +1,5 @@
 //! Measuring images against each other, and numbers that were measured more than once.
 
+pub mod flip;
 pub mod metrics;
 pub mod stats;
