@@ -7,7 +7,7 @@ pub use values::{Crop, Output, Size};
 use crate::generate::Shape;
 use crate::sampler::Sampler;
 use crate::settings::{DeviceChoice, Origin, Precision};
-use clap::{ArgAction, Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -17,7 +17,8 @@ static LONG_VERSION: LazyLock<String> = LazyLock::new(|| {
 
 macro_rules! exit_codes {
     () => {
-        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 130 interrupted."
+        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 6 above the \
+         threshold, 130 interrupted."
     };
 }
 
@@ -54,6 +55,21 @@ Samples are independent (`--sampler random` of `whitted render`), so that counts
 Example:
   whitted gallery scenes/cornell.toml -o out/gallery";
 
+const COMPARE_HELP: &str = concat!(
+    "\
+Both pictures are taken in linear light, clamped to [0, 1] as they will be shown: PNG codes (8 or 16 \
+bits) are decoded from sRGB, EXR and HDR hold linear values. The table goes to standard output, or to \
+standard error where --json - has standard output.
+
+Examples:
+  whitted compare new.png old.png
+  whitted compare new.exr truth.exr --diff where.png --threshold 0.001
+  whitted compare new.png old.png --metric flip --diff flip.png --json -
+
+",
+    exit_codes!()
+);
+
 const DEVICES_HELP: &str = "\
 Any of index, UUID, part of the name, or `cpu` (the first software device) is good for --device and \
 for the environment variable WHITTED_DEVICE.";
@@ -76,6 +92,8 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Render the comparison of sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
+    /// Measure the difference of two pictures
+    Compare(CompareArgs),
     /// Run the numerical extremes on a device, each against its derived bound
     Stress(StressArgs),
     /// Write a shape as an OBJ file or as scene text
@@ -157,6 +175,62 @@ pub struct RenderArgs {
     /// How much to say.
     #[command(flatten)]
     pub verbosity: Verbosity,
+}
+
+/// `whitted compare`.
+#[derive(Debug, Args)]
+#[command(after_help = COMPARE_HELP)]
+pub struct CompareArgs {
+    /// Picture to judge: PNG, EXR or HDR
+    pub a: PathBuf,
+
+    /// Picture to judge it by, of the same size
+    pub b: PathBuf,
+
+    /// Write a false-colour picture of the difference, with its scale (PNG)
+    #[arg(long, value_name = "OUT.png", value_parser = values::png())]
+    pub diff: Option<PathBuf>,
+
+    /// Difference that --diff shows in its lightest colour [default: the largest]
+    #[arg(long, value_name = "X", value_parser = values::above_zero, requires = "diff")]
+    pub full_scale: Option<f64>,
+
+    /// Write all figures as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Figure that --threshold judges, and --diff shows
+    #[arg(long, value_name = "WHICH", default_value = "rmse")]
+    pub metric: Metric,
+
+    /// Exit with 6 if the figure is above X; for psnr, below
+    #[arg(long, value_name = "X", value_parser = values::not_negative)]
+    pub threshold: Option<f64>,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+/// A figure of `whitted compare`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Metric {
+    /// Root mean square error
+    Rmse,
+    /// Mean absolute error
+    Mean,
+    /// Largest error
+    Max,
+    /// 99.9th percentile of the pixels' errors
+    P999,
+    /// Peak signal-to-noise ratio, decibels
+    Psnr,
+    /// Mean LDR-FLIP: how different they look
+    Flip,
+    /// Share of the pixels that differ
+    Pixels,
+    /// Largest difference in 8-bit sRGB codes
+    Codes,
 }
 
 /// `whitted stress`.

@@ -1,5 +1,6 @@
 //! What the commands do. Standard output gets images and listings only; all else goes to standard error.
 
+pub mod compare;
 pub mod console;
 pub mod devices;
 pub mod failure;
@@ -23,6 +24,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
+        Command::Compare(args) => compare::run(args, &mut Console::new(args.verbosity)),
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
 }

@@ -1,5 +1,6 @@
 //! Measuring images against each other, and numbers that were measured more than once.
 
+pub mod flip;
 pub mod metrics;
 pub mod samples;
 pub mod stats;
