@@ -405,6 +405,11 @@ impl Frame {
         ))
     }
 
+    /// Cuts paths at other places; never deeper than planned.
+    pub(super) fn cut_at(&mut self, depth: u32, cutoff: f32) {
+        (self.settings.depth, self.settings.cutoff) = (depth, cutoff);
+    }
+
     /// Puts the pixels of a list in place.
     pub(super) fn list(&mut self, pixels: &[u32]) -> Result<(), RenderError> {
         Ok(self.recorder.upload(&mut self.buffers, Buf::Pixels, bytemuck::cast_slice(pixels))?)
