@@ -1,5 +1,10 @@
 //! Measuring images against each other, and numbers that were measured more than once.
 
+pub mod interval;
 pub mod metrics;
+pub mod quantile;
 pub mod samples;
+pub mod sampling;
 pub mod stats;
+#[cfg(test)]
+pub(crate) mod synthetic;
