@@ -1,5 +1,6 @@
 //! Measuring images against each other, and numbers that were measured more than once.
 
+pub mod allocate;
 pub mod interval;
 pub mod metrics;
 pub mod quantile;

@@ -1,9 +1,10 @@
 //! What the error budget asks of a tracer: samples of chosen pixels, and what each pixel's rays did.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What one pixel's samples did, apart from their colour.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
     /// Least hash of the path trees of the samples: which primitives they met, which branches they took.
     pub hash_least: u32,
