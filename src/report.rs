@@ -225,11 +225,11 @@ pub struct ErrorInfo {
     pub truncation_unbounded_why: Option<String>,
     /// Mean throughput of the rays that were not traced.
     pub cut: f64,
-    /// Difference to the same samples in f64.
-    pub rounding: f64,
-    /// Pixels of which some sample took another way in f64.
-    pub rounding_pixels: u64,
-    /// The sum of the three parts.
+    /// Difference to the same samples in f64; null where they could not be compared.
+    pub rounding: Option<f64>,
+    /// Pixels compared of which some sample took another way in f64.
+    pub rounding_pixels: Option<u64>,
+    /// The sum of the parts that are known.
     pub total: f64,
 }
 

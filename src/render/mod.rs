@@ -136,7 +136,7 @@ impl Renderer {
     }
 
     /// The settings that this device can keep, and why they differ from those asked for.
-    fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
+    pub(crate) fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
         let faults = self.arithmetic.single.faults();
         if asked.precision != Precision::Robust || faults.is_empty() {
             return (asked.clone(), Vec::new());

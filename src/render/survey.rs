@@ -10,7 +10,7 @@ use crate::pack::{Packed, pack};
 use crate::plan::Plan;
 use crate::report::Report;
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Precision, Settings};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,8 @@ pub struct Survey {
     settings: Settings,
     /// Depth that memory was planned for.
     deepest: u32,
+    /// Why its settings are others than were asked for.
+    pub warnings: Vec<String>,
     tally: Tally,
     /// Rays that fit a batch; halved when a queue overflows.
     batch: u32,
@@ -39,6 +41,7 @@ impl Survey {
         let start = Instant::now();
         // No sample lies at its pixel's centre by rule: one of many is all that a survey knows.
         let settings = Settings { samples: u32::MAX, crop: None, ..settings.clone() };
+        let (settings, warnings) = renderer.trusted(&settings);
         renderer.check_precision(&settings)?;
         let packed = pack(scene, &settings, renderer.brute_force);
         let plan = Plan::survey(&packed, &settings, &renderer.device.limits())?;
@@ -53,12 +56,37 @@ impl Survey {
         let batch = plan.tile_pixels.saturating_mul(plan.batch_samples);
         let prepared = start.elapsed() + std::mem::take(&mut renderer.opened);
         let deepest = settings.depth;
-        Ok(Survey { frame, packed, settings, deepest, tally: Tally::default(), batch, built, prepared })
+        Ok(Survey {
+            frame,
+            packed,
+            settings,
+            deepest,
+            warnings,
+            tally: Tally::default(),
+            batch,
+            built,
+            prepared,
+        })
     }
 
     /// Rays, times and counts so far. Its image, device and warnings are the caller's to fill.
     pub fn report(&self) -> Report {
         self.tally.report(&self.settings, &self.packed, &self.frame.plan)
+    }
+
+    /// Replicates of every pixel.
+    pub fn replicates(&self) -> usize {
+        self.settings.replicates as usize
+    }
+
+    /// Arithmetic of its kernels.
+    pub fn precision(&self) -> Precision {
+        self.settings.precision
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Cuts paths at other places from now on. `depth` is at most that of the settings it began with.
