@@ -7,6 +7,7 @@ pub mod failure;
 pub mod gallery;
 pub mod generate;
 pub mod render;
+pub mod profile;
 mod state;
 pub mod stress;
 
@@ -23,6 +24,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
         Command::Compare(args) => compare::run(args, &mut Console::new(args.verbosity)),
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),

@@ -1,4 +1,5 @@
 use super::*;
+use crate::settings::Schedule;
 use crate::cli::{Cli, Command, Verbosity};
 use crate::report::{DepthInfo, Report};
 use crate::settings::{Origin, Precision};

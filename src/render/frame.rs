@@ -9,6 +9,7 @@ use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
+use crate::timeline::Submit;
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
 use bytemuck::Pod;
 use std::borrow::Cow;
@@ -101,6 +102,8 @@ pub(crate) struct Frame<'a> {
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
     pub(super) poison: bool,
+    /// Submits so far, where they are to be kept; each then holds one batch.
+    pub(super) trace: Option<Vec<Submit>>,
 }
 
 impl<'a> Frame<'a> {
@@ -130,6 +133,7 @@ impl<'a> Frame<'a> {
             batch_samples: plan.batch_samples,
             rate: 0.0,
             poison: false,
+            trace: None,
         })
     }
 
@@ -238,6 +242,7 @@ impl<'a> Frame<'a> {
             self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
             self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
             let timed = self.recorder.submit(&self.buffers)?;
+            self.note(u64::from(first - begin) * u64::from(tile.pixels()), u64::from(tile.pixels()), &timed);
             if self.read_counts(&mut tally) {
                 return Ok(TileEnd::Overflow);
             }
@@ -258,7 +263,7 @@ impl<'a> Frame<'a> {
     /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
     /// fill the aimed time, within what the 32-bit counts of a submit can hold.
     fn samples_per_submit(&self, tile: &Tile) -> u32 {
-        if self.rate <= 0.0 {
+        if self.rate <= 0.0 || self.trace.is_some() {
             return 1;
         }
         let per_sample = self.rate * f64::from(tile.pixels());
@@ -360,6 +365,7 @@ impl<'a> Frame<'a> {
         self.recorder.begin()?;
         self.recorder.download(&self.buffers, Buf::Film, bytes, 0);
         self.recorder.submit(&self.buffers)?;
+        self.note(0, 0, &[]);
         Ok(bytemuck::pod_collect_to_vec(&self.buffers.staging_bytes()[..bytes as usize]))
     }
 }
