@@ -181,7 +181,8 @@ pub fn text(profile: &Profile) -> String {
         ]);
     }
     let time = &report.time;
-    let both = |q: &Quartiles| format!("{} ({} to {})", seconds(q.median), seconds(q.lower), seconds(q.upper));
+    let both =
+        |q: &Quartiles| format!("{} ({} to {})", seconds(q.median), seconds(q.lower), seconds(q.upper));
     format!(
         "{table}\n\
          bytes: {}\n\

@@ -94,7 +94,8 @@ fn the_json_is_a_report_with_quartiles() {
 #[test]
 fn the_table_tells_all() {
     let text = text(&profile(&[2.0, 1.0, 3.0]));
-    for word in ["intersect", "spawn", "no rays", "50.0 %", "1,000", "60", "3 runs", "first dispatch 7.00 s"] {
+    for word in ["intersect", "spawn", "no rays", "50.0 %", "1,000", "60", "3 runs", "first dispatch 7.00 s"]
+    {
         assert!(text.contains(word), "{word} is missing:\n{text}");
     }
 }

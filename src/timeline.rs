@@ -162,9 +162,8 @@ fn bounds(zero: Instant, submit: &Submit) -> Option<(f64, f64)> {
 impl Alignment {
     fn of(zero: Instant, submits: &[Submit]) -> Alignment {
         let all = submits.iter().filter_map(|s| bounds(zero, s));
-        let (low, high) = all.fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), (l, h)| {
-            (low.max(l), high.min(h))
-        });
+        let (low, high) =
+            all.fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), (l, h)| (low.max(l), high.min(h)));
         if submits.iter().all(stamped) && low <= high && low.is_finite() && high.is_finite() {
             Alignment::Whole(low, high)
         } else {
@@ -189,7 +188,9 @@ impl Alignment {
 
     fn words(self) -> &'static str {
         match self {
-            Alignment::Whole(..) => "one shift for all submits, in the middle of what keeps each pass inside its submit",
+            Alignment::Whole(..) => {
+                "one shift for all submits, in the middle of what keeps each pass inside its submit"
+            }
             Alignment::Each => "each submit centred by itself",
         }
     }

@@ -17,7 +17,8 @@ fn frame(zero: Instant, drift: f64) -> (Vec<Phase>, Vec<Submit>) {
         samples: 64,
     };
     let submit = |begin, end, passes| Submit { begin: ms(zero, begin), end: ms(zero, end), passes };
-    let phase = |name: &str, begin, end| Phase { name: name.into(), begin: ms(zero, begin), end: ms(zero, end) };
+    let phase =
+        |name: &str, begin, end| Phase { name: name.into(), begin: ms(zero, begin), end: ms(zero, end) };
     let phases = vec![phase("parse scene", 0.0, 1.0), phase("frame", 1.0, 20.0), phase("render", 2.0, 19.0)];
     let first = vec![pass(Kernel::Generate, 3.5, 1.0), pass(Kernel::Intersect, 4.5, 2.25)];
     let second = vec![pass(Kernel::Generate, 13.5 + drift, 1.0), pass(Kernel::Intersect, 14.5 + drift, 2.0)];

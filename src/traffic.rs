@@ -129,7 +129,10 @@ mod tests {
         assert_eq!(single(Kernel::Scan), Traffic::default());
         // In f64 the same structs are larger.
         let double = row(Kernel::Intersect, "cornell.toml", Precision::Double).per_item;
-        assert_eq!(double, (size_of::<crate::abi::double::Ray>() + size_of::<crate::abi::double::Hit>()) as u64);
+        assert_eq!(
+            double,
+            (size_of::<crate::abi::double::Ray>() + size_of::<crate::abi::double::Hit>()) as u64
+        );
     }
 
     #[test]

@@ -122,7 +122,10 @@ fn check(args: &CompareArgs) -> Result<(), Failure> {
     let files = [&args.diff, &args.json];
     for path in files.into_iter().flatten().filter(|p| p.as_os_str() != "-") {
         if [&args.a, &args.b].contains(&path) {
-            return Err(Failure::Usage(format!("{} would be written over a picture to compare", path.display())));
+            return Err(Failure::Usage(format!(
+                "{} would be written over a picture to compare",
+                path.display()
+            )));
         }
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -162,9 +165,8 @@ fn judge(figures: &Figures, metric: Metric, threshold: Option<f64>) -> Judged {
         Metric::Pixels => ("pixels", Some(figures.differing_share)),
         Metric::Codes => ("codes", Some(f64::from(plain.code_max))),
     };
-    let beyond = |limit: f64| {
-        value.is_some_and(|v| if metric == Metric::Psnr { v < limit } else { v > limit })
-    };
+    let beyond =
+        |limit: f64| value.is_some_and(|v| if metric == Metric::Psnr { v < limit } else { v > limit });
     Judged { metric: name.into(), value, threshold, above: threshold.map(beyond) }
 }
 
@@ -194,7 +196,8 @@ fn tell(args: &CompareArgs, comparison: &Comparison, console: &mut Console) -> R
     let text = table(comparison);
     match &args.json {
         Some(path) if path.as_os_str() == "-" => {
-            let json = serde_json::to_string_pretty(comparison).context("cannot express the figures as JSON")?;
+            let json =
+                serde_json::to_string_pretty(comparison).context("cannot express the figures as JSON")?;
             console.say(&text);
             console::print(&(json + "\n"))
         }
@@ -251,7 +254,8 @@ fn table(comparison: &Comparison) -> String {
         a.file, a.encoding, b.file, b.encoding, a.width, a.height
     );
     if let Some(Diff { file, shows, scale: [low, high] }) = diff {
-        text += &format!("\n{file}: {shows}, from {} (black) to {} (pale yellow)\n", number(*low), number(*high));
+        text +=
+            &format!("\n{file}: {shows}, from {} (black) to {} (pale yellow)\n", number(*low), number(*high));
     }
     text
 }

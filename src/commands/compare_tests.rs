@@ -80,7 +80,8 @@ impl Bench {
     }
 }
 
-const ALL: [Metric; 6] = [Metric::Rmse, Metric::Mean, Metric::Max, Metric::P999, Metric::Flip, Metric::Pixels];
+const ALL: [Metric; 6] =
+    [Metric::Rmse, Metric::Mean, Metric::Max, Metric::P999, Metric::Flip, Metric::Pixels];
 
 #[test]
 fn a_swapped_channel_and_a_shift_are_noticed_by_every_figure() {
@@ -92,7 +93,11 @@ fn a_swapped_channel_and_a_shift_are_noticed_by_every_figure() {
         assert_eq!(code, 6, "{metric:?}: {figures}");
         assert!(figures["metrics"]["flip"].as_f64().unwrap() > 0.1, "{figures}");
         let (code, figures) = bench.against(metric, |image| image.rotate_right(1));
-        assert_eq!((code, &figures["metrics"]["differing_pixels"]), (6, &1200.into()), "{metric:?}: {figures}");
+        assert_eq!(
+            (code, &figures["metrics"]["differing_pixels"]),
+            (6, &1200.into()),
+            "{metric:?}: {figures}"
+        );
     }
 }
 
@@ -182,7 +187,8 @@ fn what_cannot_be_compared_says_why() {
 fn the_table_has_every_figure() {
     let bench = Bench::new();
     let (_, figures) = bench.against(Metric::Rmse, |image| image[0][0] = 1.0);
-    let keys = ["rmse", "mean_abs", "max_abs", "p999", "psnr", "flip", "differing_share", "code_mean", "code_max"];
+    let keys =
+        ["rmse", "mean_abs", "max_abs", "p999", "psnr", "flip", "differing_share", "code_mean", "code_max"];
     for key in keys {
         assert!(figures["metrics"][key].is_number(), "{key}: {figures}");
     }

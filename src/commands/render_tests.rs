@@ -1,7 +1,7 @@
 use super::*;
-use crate::settings::Schedule;
 use crate::cli::{Cli, Command, Verbosity};
 use crate::report::{DepthInfo, Report};
+use crate::settings::Schedule;
 use crate::settings::{Origin, Precision};
 use clap::Parser;
 use std::fs;

@@ -160,7 +160,10 @@ mod tests {
         let [width, height] = painted.size();
         assert_eq!((width, height), (LEGEND_LEAST, 2 + 2 * 8 + BAR + 4 * GAP));
         let row = 2 + GAP + 8 + GAP + BAR / 2;
-        assert_eq!((pixel(&painted, GAP, row), pixel(&painted, width - GAP - 1, row)), (heat(0.0), heat(1.0)));
+        assert_eq!(
+            (pixel(&painted, GAP, row), pixel(&painted, width - GAP - 1, row)),
+            (heat(0.0), heat(1.0))
+        );
         // Another scale is told by other digits, and no scale by none.
         let other = paint(&values, 3, Range::Given(0.0, 8.0), "steps");
         assert_ne!(painted.rgb()[3 * (row * width) as usize..], other.rgb()[3 * (row * width) as usize..]);

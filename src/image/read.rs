@@ -130,7 +130,10 @@ mod tests {
     fn what_was_written_comes_back() {
         // The name is of no account.
         let exr = round(Format::Exr, "a.png");
-        assert_eq!((exr.width, exr.height, exr.linear.as_slice(), exr.encoding), (3, 2, &PIXELS[..], "linear"));
+        assert_eq!(
+            (exr.width, exr.height, exr.linear.as_slice(), exr.encoding),
+            (3, 2, &PIXELS[..], "linear")
+        );
         let codes = round(Format::Png(Bits::Eight), "a.exr");
         assert_eq!(codes.encoding, "8-bit sRGB");
         assert!(codes.linear.iter().zip(PIXELS).all(|(got, want)| got.map(code8) == want.map(code8)));

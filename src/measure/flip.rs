@@ -170,11 +170,7 @@ fn separable(plane: &[f64], width: usize, across: &[f64], down: &[f64]) -> Vec<f
     rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         let source = &plane[y * width..][..width];
         for (x, out) in row.iter_mut().enumerate() {
-            *out = across
-                .iter()
-                .enumerate()
-                .map(|(i, t)| t * source[place(x, i, across.len(), width)])
-                .sum();
+            *out = across.iter().enumerate().map(|(i, t)| t * source[place(x, i, across.len(), width)]).sum();
         }
     });
     let mut both = vec![0.0; plane.len()];

@@ -25,12 +25,13 @@ fn codes() -> Vec<[u8; 3]> {
 }
 
 fn noisy(amplitude: u32) -> Vec<[u8; 3]> {
-    let noise = |i: usize, c: usize| {
-        pcg4d([i as u32, c as u32, 7, 11])[0] % (2 * amplitude + 1)
-    };
-    (0..).zip(codes()).map(|(i, p)| {
-        std::array::from_fn(|c| (u32::from(p[c]) + noise(i, c)).saturating_sub(amplitude).min(255) as u8)
-    }).collect()
+    let noise = |i: usize, c: usize| pcg4d([i as u32, c as u32, 7, 11])[0] % (2 * amplitude + 1);
+    (0..)
+        .zip(codes())
+        .map(|(i, p)| {
+            std::array::from_fn(|c| (u32::from(p[c]) + noise(i, c)).saturating_sub(amplitude).min(255) as u8)
+        })
+        .collect()
 }
 
 fn decoded(codes: &[[u8; 3]]) -> Vec<DVec3> {

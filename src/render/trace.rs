@@ -1,7 +1,7 @@
 //! Submits as they happened, for a timeline.
 
 use super::Frame;
-use crate::abi::{COUNTER_QUEUE_OVERFLOW, Buf, DepthCount};
+use crate::abi::{Buf, COUNTER_QUEUE_OVERFLOW, DepthCount};
 use crate::passes::{self, Size};
 use crate::timeline::{Dispatched, Submit};
 use crate::vk::Timed;
@@ -20,7 +20,8 @@ impl Frame<'_> {
                     if depth == 1 {
                         return Some(samples);
                     }
-                    let traced = |c: &Vec<DepthCount>| c.get(depth as usize - 1).map_or(0, |d| d.traced.into());
+                    let traced =
+                        |c: &Vec<DepthCount>| c.get(depth as usize - 1).map_or(0, |d| d.traced.into());
                     counts.as_ref().map(traced)
                 };
                 let (items, children) = match size {

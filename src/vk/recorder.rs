@@ -368,7 +368,12 @@ impl Recorder {
             .recorded
             .iter()
             .zip(begins.into_iter().zip(seconds))
-            .map(|((kernel, depth), (begin, seconds))| Timed { kernel: *kernel, depth: *depth, begin, seconds })
+            .map(|((kernel, depth), (begin, seconds))| Timed {
+                kernel: *kernel,
+                depth: *depth,
+                begin,
+                seconds,
+            })
             .collect())
     }
 
