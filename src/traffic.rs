@@ -98,12 +98,13 @@ mod tests {
     use crate::settings::Settings;
     use std::path::Path;
 
-    fn plan(name: &str, capacity_factor: u32) -> Plan {
+    /// A plan of `size` samples for each of 512 times `size` pixels.
+    fn plan(name: &str, size: u32) -> Plan {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
         let scene = scene::load(&path).unwrap();
         let mut settings = Settings::of(&scene);
-        settings.samples = capacity_factor;
-        (settings.width, settings.height) = (64, 64);
+        settings.samples = size;
+        (settings.width, settings.height) = (64, 8 * size);
         let limits =
             Limits { storage_range: 1 << 30, heap: 1 << 33, workgroup_invocations: 1024, is_cpu: false };
         Plan::new(&pack(&scene, &settings, None), &settings, &limits).unwrap()
@@ -147,7 +148,7 @@ mod tests {
         assert_eq!(glass(Kernel::Shadow).per_item, plain(Kernel::Shadow).per_item);
     }
 
-    /// A buffer that grows with the samples of a batch has elements per ray, sample or pixel.
+    /// A buffer that grows with the samples of a batch or the pixels of a tile has elements per ray, sample or pixel.
     #[test]
     fn no_buffer_per_ray_is_forgotten() {
         for scene in ["cornell.toml", "cornell_glass.toml"] {

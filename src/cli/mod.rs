@@ -270,9 +270,9 @@ pub struct CompareArgs {
     #[arg(long, value_name = "X", value_parser = values::not_negative)]
     pub threshold: Option<f64>,
 
-    /// How much to say.
-    #[command(flatten)]
-    pub verbosity: Verbosity,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// A figure of `whitted compare`.
