@@ -6,7 +6,7 @@ pub use values::{Crop, Output, Size};
 
 use crate::generate::Shape;
 use crate::sampler::Sampler;
-use crate::settings::{DeviceChoice, Origin, Precision};
+use crate::settings::{DeviceChoice, Origin, Precision, Schedule};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -70,6 +70,26 @@ Examples:
     exit_codes!()
 );
 
+const PROFILE_HELP: &str = concat!(
+    "\
+Renders once to warm up and then N times, and tells medians and the range between the quartiles. The \
+table goes to standard output, or to standard error where --json - has standard output. A trace opens \
+in Perfetto or chrome://tracing. It is of one more frame, with one batch to a submit, so that the \
+items of every dispatch are known; its passes are placed by the device's own timestamps.
+
+Bytes are those that one item's structs take in the buffers that hold one element per ray, sample or \
+pixel, as the pass table lists them: each read and each write once, new rays by their number. An upper \
+bound, as a pass may leave an item early. The scene, counters and caches are not counted.
+
+Examples:
+  whitted profile scenes/cornell.toml
+  whitted profile scenes/cornell_glass.toml --size 300x200 --repeats 9 --json profile.json
+  whitted profile scenes/cornell.toml --samples 4 --trace trace.json
+
+",
+    exit_codes!()
+);
+
 const DEVICES_HELP: &str = "\
 Any of index, UUID, part of the name, or `cpu` (the first software device) is good for --device and \
 for the environment variable WHITTED_DEVICE.";
@@ -90,6 +110,8 @@ pub enum Command {
     Render(RenderArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
+    /// Time a scene's passes, depth by depth
+    Profile(ProfileArgs),
     /// Render the comparison of sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
     /// Measure the difference of two pictures
@@ -177,6 +199,58 @@ pub struct RenderArgs {
     pub verbosity: Verbosity,
 }
 
+/// `whitted profile`.
+#[derive(Debug, Args)]
+#[command(after_help = PROFILE_HELP)]
+pub struct ProfileArgs {
+    /// Scene text (TOML)
+    pub scene: PathBuf,
+
+    /// Renders that are timed
+    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 5)]
+    pub repeats: u32,
+
+    /// Write all figures as JSON: the report of the run of median time, and the quartiles; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Write one frame as Chrome trace events
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
+
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Samples per pixel [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub samples: Option<u32>,
+
+    /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
+    #[arg(long, value_name = "D", value_parser = values::positive())]
+    pub depth: Option<u32>,
+
+    /// Seed of the sampler
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    pub precision: Precision,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+
+    /// How the work is cut.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
 /// `whitted compare`.
 #[derive(Debug, Args)]
 #[command(after_help = COMPARE_HELP)]
@@ -207,9 +281,9 @@ pub struct CompareArgs {
     #[arg(long, value_name = "X", value_parser = values::not_negative)]
     pub threshold: Option<f64>,
 
-    /// How much to say.
-    #[command(flatten)]
-    pub verbosity: Verbosity,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// A figure of `whitted compare`.
@@ -267,6 +341,19 @@ pub struct StressArgs {
     /// How much to say.
     #[command(flatten)]
     pub verbosity: Verbosity,
+}
+
+impl ScheduleArgs {
+    /// As the settings have it.
+    pub fn schedule(&self) -> Schedule {
+        Schedule {
+            tile_pixels: self.tile_pixels,
+            batch_samples: self.batch_samples,
+            // clap lets through only 32, 64, 128 and 256.
+            workgroup: self.workgroup.as_deref().and_then(|n| n.parse().ok()),
+            capacity: None,
+        }
+    }
 }
 
 /// Which device.

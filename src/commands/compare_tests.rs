@@ -19,6 +19,10 @@ fn picture() -> Vec<[f32; 3]> {
         .collect()
 }
 
+fn silent() -> Console {
+    Console::on(Box::new(std::io::sink()), Verbosity { quiet: true, verbose: false })
+}
+
 struct Bench {
     folder: TempDir,
 }
@@ -53,13 +57,13 @@ impl Bench {
             json: Some(self.at("figures.json")),
             metric: Metric::Rmse,
             threshold: None,
-            verbosity: Verbosity { quiet: true, verbose: false },
+            quiet: true,
         }
     }
 
     /// The exit code and the figures.
     fn compare(&self, args: &CompareArgs) -> (u8, serde_json::Value) {
-        let result = run(args, &mut Console::on(Box::new(std::io::sink()), args.verbosity));
+        let result = run(args, &mut silent());
         let json = fs::read(self.at("figures.json")).expect("figures");
         (result.err().map_or(0, |e| e.exit_code()), serde_json::from_slice(&json).expect("JSON"))
     }
@@ -73,7 +77,7 @@ impl Bench {
     }
 
     fn refused(&self, args: &CompareArgs) -> String {
-        let failure = run(args, &mut Console::on(Box::new(std::io::sink()), args.verbosity));
+        let failure = run(args, &mut silent());
         let failure = failure.expect_err("a refusal");
         assert_eq!(failure.exit_code(), 1);
         failure.to_string()
@@ -179,7 +183,7 @@ fn what_cannot_be_compared_says_why() {
     let text = bench.refused(&bench.args(bench.save("nan.exr", WIDTH, &broken), good.clone()));
     assert!(text.contains("nan.exr has 1 pixels") && text.contains("(1, 1)"), "{text}");
     let over = CompareArgs { json: Some(good.clone()), ..bench.args(good.clone(), good) };
-    let failure = run(&over, &mut Console::on(Box::new(std::io::sink()), over.verbosity)).unwrap_err();
+    let failure = run(&over, &mut silent()).unwrap_err();
     assert_eq!(failure.exit_code(), 2);
 }
 

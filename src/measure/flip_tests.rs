@@ -66,9 +66,9 @@ fn every_pixel_is_that_of_the_authors_code() {
         let (ours, theirs) = (map(&picture, &other), authors(&picture, &other));
         // The other code is f32 throughout, and takes a square root of differences of features.
         let worst = farthest(&ours, &theirs);
-        assert!(worst < 2e-3, "{name}: {worst}");
+        assert!(worst < 1e-4, "{name}: {worst}");
         let average = theirs.iter().map(|e| f64::from(*e)).sum::<f64>() / theirs.len() as f64;
-        assert!((mean(&ours) - average).abs() < 1e-4, "{name}: {} and {average}", mean(&ours));
+        assert!((mean(&ours) - average).abs() < 1e-5, "{name}: {} and {average}", mean(&ours));
         assert!(mean(&ours) > 1e-4, "{name} is not noticed");
         // Planted defect: the picture read with another number of pixels per degree.
         let wrong = flip(&decoded(&picture), &decoded(&other), WIDTH, 0.8 * PIXELS_PER_DEGREE).unwrap();
