@@ -197,8 +197,7 @@ impl Allocation {
         let leader = candidates.first()?;
         let samples = if lift.is_some() { self.least() } else { leader.samples };
         let joins = |c: &&Candidate| {
-            c.samples == samples
-                && (lift.is_some() || c.drop * leader.cost >= JOINS * leader.drop * c.cost)
+            c.samples == samples && (lift.is_some() || c.drop * leader.cost >= JOINS * leader.drop * c.cost)
         };
         let bound = self.noise().bound(self.replicates, self.goal.confidence).bound;
         let mut need = match self.goal.target {
@@ -206,8 +205,7 @@ impl Allocation {
             _ => f64::INFINITY,
         };
         let mut budget = budget;
-        let mut step =
-            Step { pixels: Vec::new(), samples: samples..2 * samples, parts: Vec::new() };
+        let mut step = Step { pixels: Vec::new(), samples: samples..2 * samples, parts: Vec::new() };
         for c in candidates.iter().filter(joins) {
             if need <= 0.0 {
                 break;

@@ -126,9 +126,8 @@ mod tests {
     fn wilson_covers_and_the_normal_interval_does_not() {
         for n in [16, 64, 128] {
             let shares: Vec<f64> = (1..50).map(|i| f64::from(i) / 50.0).collect();
-            let covered = shares.iter().map(|&p| {
-                coverage(n, p, |k| wilson(f64::from(k) / f64::from(n), n, 0.95))
-            });
+            let covered =
+                shares.iter().map(|&p| coverage(n, p, |k| wilson(f64::from(k) / f64::from(n), n, 0.95)));
             let covered: Vec<f64> = covered.collect();
             let mean = covered.iter().sum::<f64>() / covered.len() as f64;
             let least = covered.iter().copied().fold(1.0, f64::min);

@@ -101,13 +101,7 @@ impl Noise {
             (r - 1.0) / (r * (r - 2.0) * (r - 3.0))
                 * ((r - 1.0) * (r - 2.0) * traced_square + trace * trace - r * quartic)
         };
-        Noise {
-            pixels: 1,
-            squares: v,
-            fourths: fourth / (r * r),
-            eighths: v.powi(4),
-            least_samples: samples,
-        }
+        Noise { pixels: 1, squares: v, fourths: fourth / (r * r), eighths: v.powi(4), least_samples: samples }
     }
 
     /// Both sets together.
@@ -198,9 +192,9 @@ mod tests {
     }
 
     fn quads(r: usize) -> impl Iterator<Item = [usize; 4]> {
-        (0..r * r * r * r).map(move |n| [n % r, n / r % r, n / r / r % r, n / r / r / r]).filter(|q| {
-            (0..4).all(|a| (0..a).all(|b| q[a] != q[b]))
-        })
+        (0..r * r * r * r)
+            .map(move |n| [n % r, n / r % r, n / r / r % r, n / r / r / r])
+            .filter(|q| (0..4).all(|a| (0..a).all(|b| q[a] != q[b])))
     }
 
     #[test]
@@ -310,23 +304,38 @@ mod tests {
                     .map(|squares| (squares / error).sqrt())
             })
             .collect();
-        let held =
-            |i: usize| outcomes.iter().filter(|o| o[i] >= 1.0).count() as f64 / f64::from(runs);
+        let held = |i: usize| outcomes.iter().filter(|o| o[i] >= 1.0).count() as f64 / f64::from(runs);
         let ratios: Vec<f64> = outcomes.iter().map(|o| o[0]).collect();
         let ratio = super::super::stats::median(&ratios).expect("runs");
         Calibration { held: held(0), seen_alone: held(1), bare: held(2), ratio }
     }
 
+    /// In images this small what no sample met weighs much, so the bound holds more often than it claims;
+    /// without that part it holds as often, unless almost nothing was met (one dot). Binomial 3 sigma
+    /// of 400 runs at 95 % is 3.3 %.
     #[test]
     fn the_bound_holds_as_often_as_it_claims() {
+        let ways = [
+            (Points::Owen, (4, 16)),
+            (Points::Stratified, (4, 64)),
+            (Points::Random, (16, 64)),
+            (Points::Owen, (16, 64)),
+        ];
         for kind in [Kind::Edges, Kind::ThinLines, Kind::Dots, Kind::OneDot, Kind::Gradient, Kind::Mixture] {
-            for points in [Points::Random, Points::Stratified, Points::Owen] {
-                for counts in [(4, 16), (4, 64), (16, 64)] {
-                    let c = calibrate(kind, points, counts, 500);
-                    println!(
-                        "{kind:?} {points:?} {counts:?}: held {:.3} (seen alone {:.3}, bare {:.3}), bound/error {:.2}",
-                        c.held, c.seen_alone, c.bare, c.ratio
-                    );
+            for (points, counts) in ways {
+                let runs = if kind == Kind::Gradient { 100 } else { 400 };
+                let c = calibrate(kind, points, counts, runs);
+                println!(
+                    "{kind:?} {points:?} {counts:?}: held {:.3} (seen alone {:.3}, bare {:.3}), bound/error {:.2}",
+                    c.held, c.seen_alone, c.bare, c.ratio
+                );
+                assert!(c.held >= 0.935, "{kind:?} {points:?} {counts:?}: {}", c.held);
+                // Planted defects: the estimate taken for a bound; what no sample met forgotten.
+                assert!(c.bare < 0.75, "{kind:?} {points:?} {counts:?}: {}", c.bare);
+                if kind == Kind::OneDot {
+                    assert!(c.seen_alone < 0.9, "{points:?} {counts:?}: {}", c.seen_alone);
+                } else {
+                    assert!(c.seen_alone >= 0.917, "{kind:?} {points:?} {counts:?}: {}", c.seen_alone);
                 }
             }
         }
