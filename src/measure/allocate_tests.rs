@@ -80,7 +80,8 @@ fn uniform(picture: &Picture, target: f64, seed: u32) -> f64 {
 /// much, and the promise is kept more often than that.
 #[test]
 fn the_promise_is_kept_with_fewer_samples_than_uniform() {
-    let cases = [(Kind::Edges, 96, 0.002, 1.5), (Kind::Thin, 96, 0.002, 1.5), (Kind::DotsOnGradient, 48, 0.003, 1.0)];
+    let cases =
+        [(Kind::Edges, 96, 0.002, 1.5), (Kind::Thin, 96, 0.002, 1.5), (Kind::DotsOnGradient, 48, 0.003, 1.0)];
     for (kind, side, target, least_saved) in cases {
         let runs: Vec<(f64, f64)> = (0..300u32)
             .into_par_iter()
@@ -132,7 +133,8 @@ fn bias(runs: u32, side: u32, image: impl Fn(u32) -> Vec<[f64; 3]> + Sync, area:
 fn no_pixel_is_biased_by_its_own_samples() {
     let (side, area) = (32, 0.1);
     let picture = dotted(side, area);
-    let painter = |seed| Painter { picture: &picture, points: Points::Random, replicates: 4, seed, traced: 0 };
+    let painter =
+        |seed| Painter { picture: &picture, points: Points::Random, replicates: 4, seed, traced: 0 };
     let ours = |seed| {
         let goal = Goal { target: Some(0.03), confidence: CONFIDENCE, pilot: 4, most: 64 };
         let mut allocation = Allocation::new(side, side, 4, goal);
@@ -219,7 +221,8 @@ fn a_budget_is_kept_and_spent() {
 fn one_pixel_and_a_flat_image_end() {
     for side in [1, 2, 9] {
         let picture = Picture::new(side, [0.5, 0.0, 0.0], Vec::new());
-        let mut source = Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
+        let mut source =
+            Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
         let goal = Goal::for_target(1e-6, CONFIDENCE, (side * side) as usize, 4, 256);
         let mut allocation = Allocation::new(side, side, 4, goal);
         let Ok(outcome) = run(&mut allocation, &mut source, |_| true);
