@@ -49,7 +49,7 @@ pub fn radiance_limit(scene: &Scene) -> RadianceLimit {
 
 /// As [`radiance_limit`], with the distance to a triangle and the greatest cosine given.
 fn limit_by(scene: &Scene, distance: fn(&[DVec3; 3], DVec3) -> f64, cosine: f64) -> RadianceLimit {
-    let bunches = bunches(scene);
+    let (frame, bunches) = (LocalFrame::of(scene), bunches(scene));
     let nearest: Vec<Vec<(f64, Object)>> =
         scene.lights.par_iter().map(|l| nearest(scene, &bunches, l.position, distance)).collect();
     let mut limit = RadianceLimit { rgb: scene.render.background.to_array(), unbounded: None };
@@ -64,7 +64,7 @@ fn limit_by(scene: &Scene, distance: fn(&[DVec3; 3], DVec3) -> f64, cosine: f64)
             if reach.is_infinite() || !lights_up.any() {
                 continue;
             }
-            let clear = reach - unresolved(scene, source.position);
+            let clear = reach - unresolved(&frame, source.position);
             if clear <= 0.0 {
                 limit.unbounded.get_or_insert_with(|| touches(scene, l, m, object));
                 light = DVec3::select(lights_up, DVec3::INFINITY, light);
@@ -93,8 +93,7 @@ fn carried(scene: &Scene, material: usize) -> bool {
 
 /// Distances below this are not resolved between a light and a surface: twice the offset of a spawned
 /// ray, in a frame where the scene has radius 1 (`before_light` in glsl/shadow.comp). World units.
-fn unresolved(scene: &Scene, light: DVec3) -> f64 {
-    let frame = LocalFrame::of(scene);
+fn unresolved(frame: &LocalFrame, light: DVec3) -> f64 {
     let local = frame.point(light).abs().max_element();
     times_power_of_two(64.0 * 2f64.powi(-24) * local.max(1.0), -frame.scale_log2)
 }
@@ -318,6 +317,46 @@ mod tests {
         let by_hand = [0.9, 0.5, 0.2].map(|d| d * (0.1 + 8.0 / 4.0));
         for c in 0..3 {
             assert!(limit.rgb[c] >= by_hand[c] && limit.rgb[c] < by_hand[c] * 1.0002, "{limit:?}");
+        }
+    }
+
+    /// Boxes leave out only what is farther: the same as asking every triangle.
+    #[test]
+    fn boxes_change_no_distance() {
+        let mut state = 17;
+        let mut scene = scene(&mut state);
+        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+        for i in 0..30_000u32 {
+            let at = vector(&mut state) * 3.0;
+            vertices.extend((0..3).map(|_| at + vector(&mut state) * 0.05));
+            // Runs of one material, some short.
+            let material = (i / 37 % 3) as usize;
+            faces.push(crate::scene::Face {
+                vertices: [3 * i, 3 * i + 1, 3 * i + 2],
+                normals: None,
+                material,
+            });
+        }
+        scene.meshes.push(crate::scene::Mesh {
+            name: "dust".to_owned(),
+            vertices,
+            normals: Vec::new(),
+            faces,
+        });
+        let bunches = bunches(&scene);
+        assert!(bunches.iter().all(|b| b.triangles.len() <= BUNCH));
+        for light in (0..20).map(|_| vector(&mut state) * 4.0) {
+            let found = nearest(&scene, &bunches, light, triangle_distance);
+            for (m, (d, _)) in found.iter().enumerate() {
+                let mesh = &scene.meshes[0];
+                let mesh_triangles = mesh.faces.iter().filter(|f| f.material == m);
+                let of_mesh = mesh_triangles.map(|f| f.vertices.map(|v| mesh.vertices[v as usize]));
+                let polygon = &scene.polygons[m].vertices;
+                let all = of_mesh.chain([[polygon[0], polygon[1], polygon[2]]]);
+                let ball = &scene.spheres[m];
+                let shell = (ball.center.distance(light) - ball.radius).abs();
+                assert_eq!(*d, all.map(|t| triangle_distance(&t, light)).fold(shell, f64::min));
+            }
         }
     }
 }
