@@ -45,8 +45,7 @@ pub fn rounding(a: &Gathered, b: &Gathered) -> Rounding {
     Rounding { rmse: root_mean(squares, pixels.len()), pixels, ways }
 }
 
-/// Root of the mean over all channels of `pixels` pixels.
-pub(super) fn root_mean(squares: f64, pixels: usize) -> f64 {
+fn root_mean(squares: f64, pixels: usize) -> f64 {
     (squares / (3.0 * pixels.max(1) as f64)).sqrt()
 }
 
@@ -59,19 +58,17 @@ pub fn budget(
 ) -> ErrorInfo {
     let sampling = image.noise().bound(image.replicates, confidence);
     let truncation = image.truncation(limit);
-    let cuts = image.cuts();
-    let cut = cuts.iter().sum::<f64>() / cuts.len().max(1) as f64;
     ErrorInfo {
         kind: "rmse".into(),
         confidence,
         sampling: sampling.bound,
         sampling_estimate: sampling.estimate,
-        truncation,
-        truncation_bounded: cut == 0.0 || limit.unbounded.is_none(),
-        truncation_unbounded_why: limit.unbounded.clone().filter(|_| cut > 0.0),
-        cut,
+        truncation: truncation.rms,
+        truncation_bounded: truncation.unbounded.is_none(),
+        total: sampling.bound + truncation.rms + rounding.map_or(0.0, |(part, _)| part),
+        truncation_unbounded_why: truncation.unbounded,
+        cut: image.mean_cut(),
         rounding: rounding.map(|(part, _)| part),
         rounding_pixels: rounding.map(|(_, pixels)| pixels),
-        total: sampling.bound + truncation + rounding.map_or(0.0, |(part, _)| part),
     }
 }

@@ -4,6 +4,7 @@ use super::interval;
 use super::limit::RadianceLimit;
 use super::samples::{Mark, Traced};
 use super::sampling::Noise;
+use super::truncation::{self, TruncationBound};
 use serde::{Deserialize, Serialize};
 
 /// The samples of an image so far, pixel by pixel.
@@ -99,10 +100,9 @@ impl Gathered {
         (0..self.samples.len()).map(half).collect()
     }
 
-    /// Mean throughput that each pixel lost to the cut.
-    pub fn cuts(&self) -> Vec<f64> {
-        let lost = |(mark, n): (&Mark, &u32)| mark.cut / f64::from((*n).max(1));
-        self.marks.iter().zip(&self.samples).map(lost).collect()
+    /// Mean throughput that the image lost to the cut.
+    pub fn mean_cut(&self) -> f64 {
+        (0..self.samples.len()).map(|at| self.cut(at)).sum::<f64>() / self.samples.len().max(1) as f64
     }
 
     /// What hidden light can add to each pixel as shown, of its worst channel: never less than nothing, no more
@@ -112,17 +112,15 @@ impl Gathered {
     }
 
     fn hidden_of(&self, at: usize, limit: &RadianceLimit) -> [f64; 3] {
-        let cut = self.marks[at].cut / f64::from(self.samples[at].max(1));
-        let mean = self.mean(at);
-        std::array::from_fn(|c| {
-            let room = 1.0 - mean[c].clamp(0.0, 1.0);
-            if cut > 0.0 { (cut * limit.rgb[c]).min(room) } else { 0.0 }
-        })
+        truncation::hidden(self.mean(at), self.cut(at), limit)
     }
 
-    /// Root mean square of what hidden light can add to the image as shown.
-    pub fn truncation(&self, limit: &RadianceLimit) -> f64 {
-        let squares = |at| self.hidden_of(at, limit).iter().map(|h| h * h).sum::<f64>();
-        super::budget::root_mean((0..self.samples.len()).map(squares).sum(), self.samples.len())
+    fn cut(&self, at: usize) -> f64 {
+        self.marks[at].cut / f64::from(self.samples[at].max(1))
+    }
+
+    /// What hidden light can add to the image as shown.
+    pub fn truncation(&self, limit: &RadianceLimit) -> TruncationBound {
+        truncation::truncation((0..self.samples.len()).map(|at| (self.mean(at), self.cut(at))), limit)
     }
 }

@@ -1,4 +1,5 @@
-//! Measuring images against each other, and numbers that were measured more than once.
+//! Measuring images against each other, and numbers that were measured more than once. The error budget of
+//! one image: [`sampling`], [`truncation`]; what steers by it: [`allocate`].
 
 pub mod allocate;
 pub mod budget;
@@ -13,4 +14,5 @@ pub mod samples;
 pub mod sampling;
 pub mod stats;
 #[cfg(test)]
-pub(crate) mod synthetic;
+mod synthetic;
+pub mod truncation;

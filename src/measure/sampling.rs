@@ -310,16 +310,32 @@ mod tests {
         Calibration { held: held(0), seen_alone: held(1), bare: held(2), ratio }
     }
 
+    /// In images this small what no sample met weighs much, so the bound holds more often than it claims;
+    /// without that part it holds as often, unless almost nothing was met (one dot). Binomial 3 sigma
+    /// of 400 runs at 95 % is 3.3 %.
     #[test]
     fn the_bound_holds_as_often_as_it_claims() {
+        let ways = [
+            (Points::Owen, (4, 16)),
+            (Points::Stratified, (4, 64)),
+            (Points::Random, (16, 64)),
+            (Points::Owen, (16, 64)),
+        ];
         for kind in [Kind::Edges, Kind::ThinLines, Kind::Dots, Kind::OneDot, Kind::Gradient, Kind::Mixture] {
-            for points in [Points::Random, Points::Stratified, Points::Owen] {
-                for counts in [(4, 16), (4, 64), (16, 64)] {
-                    let c = calibrate(kind, points, counts, 500);
-                    println!(
-                        "{kind:?} {points:?} {counts:?}: held {:.3} (seen alone {:.3}, bare {:.3}), bound/error {:.2}",
-                        c.held, c.seen_alone, c.bare, c.ratio
-                    );
+            for (points, counts) in ways {
+                let runs = if kind == Kind::Gradient { 100 } else { 400 };
+                let c = calibrate(kind, points, counts, runs);
+                println!(
+                    "{kind:?} {points:?} {counts:?}: held {:.3} (seen alone {:.3}, bare {:.3}), bound/error {:.2}",
+                    c.held, c.seen_alone, c.bare, c.ratio
+                );
+                assert!(c.held >= 0.935, "{kind:?} {points:?} {counts:?}: {}", c.held);
+                // Planted defects: the estimate taken for a bound; what no sample met forgotten.
+                assert!(c.bare < 0.75, "{kind:?} {points:?} {counts:?}: {}", c.bare);
+                if kind == Kind::OneDot {
+                    assert!(c.seen_alone < 0.9, "{points:?} {counts:?}: {}", c.seen_alone);
+                } else {
+                    assert!(c.seen_alone >= 0.917, "{kind:?} {points:?} {counts:?}: {}", c.seen_alone);
                 }
             }
         }

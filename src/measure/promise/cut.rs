@@ -62,7 +62,7 @@ pub(super) fn look(
     Ok(Cut {
         depth,
         cutoff,
-        hidden: seen.truncation(limit),
+        hidden: seen.truncation(limit).rms,
         rays: rays as f64 / f64::from((count * REPLICATES).max(1)),
         noise: (noise.squares / f64::from(count.max(1))).sqrt(),
     })

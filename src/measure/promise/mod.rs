@@ -11,9 +11,9 @@ mod cut;
 mod fixed;
 mod known;
 mod rounded;
-mod to_error;
-mod to_time;
 mod traced;
+mod until_error;
+mod until_time;
 
 pub use known::Known;
 
@@ -85,7 +85,7 @@ pub fn render(
     let task = Task { renderer, scene, settings: settings.clone(), request: *request, limit, observer };
     match request.target {
         Target::Settings => task.fixed(),
-        Target::Error(target) => task.to_error(target),
-        Target::Time { seconds, from } => task.to_time(seconds, from),
+        Target::Error(target) => task.until_error(target),
+        Target::Time { seconds, from } => task.until_time(seconds, from),
     }
 }

@@ -23,7 +23,7 @@ const LEAST_SAMPLING: f64 = 0.3;
 
 impl Task<'_> {
     /// Renders until the error is at most `target`, or says why it cannot be.
-    pub(super) fn to_error(mut self, target: f64) -> Result<Known, RenderError> {
+    pub(super) fn until_error(mut self, target: f64) -> Result<Known, RenderError> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
@@ -129,7 +129,7 @@ impl Task<'_> {
             }
             allocation.record(&step, &traced);
             let image = allocation.gathered();
-            let hidden = image.truncation(&self.limit);
+            let hidden = image.truncation(&self.limit).rms;
             let rounding = rounded.map_or(0.0, |r| r.part(image));
             let left = target - hidden - rounding;
             if may_retry

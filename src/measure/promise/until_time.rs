@@ -24,7 +24,7 @@ const PILOT_SHARE: f64 = 0.12;
 
 impl Task<'_> {
     /// Renders until `seconds` after `from`, as well as that goes.
-    pub(super) fn to_time(mut self, seconds: f64, from: Instant) -> Result<Known, RenderError> {
+    pub(super) fn until_time(mut self, seconds: f64, from: Instant) -> Result<Known, RenderError> {
         let left = |reserve: f64| seconds * (1.0 - SLACK) - reserve - from.elapsed().as_secs_f64();
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
