@@ -68,6 +68,40 @@ pub fn summary(report: &Report) -> String {
     )
 }
 
+/// The error budget, and whether what was asked for was reached.
+pub fn error(report: &Report) -> Vec<String> {
+    let Some(e) = &report.error else { return Vec::new() };
+    let figure = |x: f64| format!("{x:.2e}");
+    let mut lines = vec![format!(
+        "error at most {} (RMSE in linear light from 0 to 1, {} % confidence)",
+        figure(e.total),
+        number(100.0 * e.confidence)
+    )];
+    lines.push(format!("  sampling   {}  (expected {})", figure(e.sampling), figure(e.sampling_estimate)));
+    lines.push(match &e.truncation_unbounded_why {
+        None => format!("  truncation {}  (depth {})", figure(e.truncation), report.settings.depth),
+        Some(why) => format!("  truncation {} as shown; unbounded beyond white: {why}", figure(e.truncation)),
+    });
+    lines.push(match (e.rounding, e.rounding_pixels) {
+        (Some(part), Some(pixels)) => {
+            let pixels = plural(pixels, "pixel");
+            format!("  rounding   {}  ({pixels} with other paths in f64)", figure(part))
+        }
+        _ => "  rounding   not compared with f64".into(),
+    });
+    let asked = &report.asked;
+    let what = match (asked.error, asked.time) {
+        (Some(error), _) => format!("an error of {}", number(error)),
+        (_, Some(time)) => seconds(time),
+        _ => return lines,
+    };
+    lines.push(match (asked.met, &asked.unmet_why) {
+        (Some(true), _) => format!("asked for {what}: kept"),
+        (_, why) => format!("asked for {what}: not kept, {}", why.as_deref().unwrap_or("as it ended early")),
+    });
+    lines
+}
+
 /// What ought not to have happened, one line each.
 pub fn warnings(report: &Report) -> Vec<String> {
     let counters = &report.counters;

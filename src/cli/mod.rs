@@ -5,6 +5,7 @@ mod values;
 pub use values::{Crop, Output, Size};
 
 use crate::generate::Shape;
+use crate::measure::promise::Layer;
 use crate::sampler::Sampler;
 use crate::settings::{DeviceChoice, Origin, Precision, Schedule};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
@@ -159,8 +160,8 @@ pub struct RenderArgs {
     pub seed: u32,
 
     /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
-    pub precision: Precision,
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]")]
+    pub precision: Option<Precision>,
 
     /// Where secondary rays start: `bound` (off the surface by an error bound) or `fixed:X` (X metres along the ray, for measuring)
     #[arg(long, value_name = "WHICH", value_parser = values::origin, default_value = "bound")]
@@ -169,6 +170,10 @@ pub struct RenderArgs {
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size
     #[arg(long, value_name = "x0,y0,x1,y1")]
     pub crop: Option<Crop>,
+
+    /// Say how wrong the image may be.
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
 
     /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_parser = ["8", "16"])]
@@ -305,6 +310,35 @@ pub enum Metric {
     Pixels,
     /// Largest difference in 8-bit sRGB codes
     Codes,
+}
+
+/// How wrong the image may be.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Accuracy")]
+pub struct AccuracyArgs {
+    /// State the error of the image in three parts: sampling, truncation, rounding
+    #[arg(long)]
+    pub budget: bool,
+
+    /// Choose samples, depth and precision so that the RMSE, in linear light from 0 to 1, is at most this
+    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "resume", "replicates"])]
+    pub error: Option<f64>,
+
+    /// Choose samples and depth so that the error is least in this many seconds of wall time
+    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "resume", "replicates"])]
+    pub time: Option<f64>,
+
+    /// Confidence of what is said and promised, in (0, 1)
+    #[arg(long, value_name = "P", value_parser = values::confidence, default_value_t = 0.95)]
+    pub confidence: f64,
+
+    /// Paint what is known of each pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other images
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',', conflicts_with = "resume")]
+    pub aov: Vec<Layer>,
+
+    /// Independent sets that the samples of a pixel are dealt to; divides the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
+    #[arg(long, value_name = "R", value_parser = values::positive())]
+    pub replicates: Option<u32>,
 }
 
 /// `whitted stress`.

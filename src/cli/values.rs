@@ -121,6 +121,14 @@ pub(super) fn above_zero(text: &str) -> Result<f64, String> {
     not_negative(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "write a number above 0".into())
 }
 
+/// A probability in (0, 1).
+pub(super) fn confidence(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
+        _ => Err("the confidence must be above 0 and below 1: 0.95 is nineteen times in twenty".into()),
+    }
+}
+
 /// An empty text (an empty environment variable) leaves the choice open.
 pub(super) fn device(text: &str) -> Result<DeviceChoice, Infallible> {
     if text.is_empty() { Ok(DeviceChoice::Best) } else { text.parse() }
@@ -172,6 +180,14 @@ mod tests {
         assert_eq!(scale("0.25"), Ok(0.25));
         for bad in ["0", "-1", "1.01", "NaN", "inf", ""] {
             assert!(scale(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn confidences() {
+        assert_eq!((confidence("0.5"), confidence("0.999")), (Ok(0.5), Ok(0.999)));
+        for bad in ["0", "1", "95", "-0.1", "NaN", ""] {
+            assert!(confidence(bad).is_err(), "{bad}");
         }
     }
 

@@ -18,6 +18,9 @@ pub enum Failure {
     /// Two pictures differ by more than was allowed.
     #[error("{0}")]
     AboveThreshold(String),
+    /// An error or a time that was asked for was not kept; says why and what was saved.
+    #[error("{0}")]
+    Unmet(String),
     /// Stopped by Ctrl-C; says what was saved.
     #[error("{0}")]
     Interrupted(String),
@@ -27,7 +30,8 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 6 above the threshold, 130 interrupted.
+    /// 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 6 above the threshold, 7 error or time
+    /// not kept, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Failure::Usage(_) => 2,
@@ -35,6 +39,7 @@ impl Failure {
             Failure::Render(RenderError::NoDevice(_)) => 4,
             Failure::Render(RenderError::DeviceLost(_)) => 5,
             Failure::AboveThreshold(_) => 6,
+            Failure::Unmet(_) => 7,
             Failure::Interrupted(_) => progress::INTERRUPTED,
             Failure::Render(
                 RenderError::DoesNotFit(_) | RenderError::Mismatch(_) | RenderError::Failed(_),
@@ -60,6 +65,7 @@ mod tests {
             (RenderError::NoDevice(text.clone()).into(), 4),
             (RenderError::DeviceLost(text.clone()).into(), 5),
             (Failure::AboveThreshold(text.clone()), 6),
+            (Failure::Unmet(text.clone()), 7),
             (Failure::Interrupted(text), 130),
         ];
         for (failure, code) in cases {

@@ -6,6 +6,7 @@ pub mod devices;
 pub mod failure;
 pub mod gallery;
 pub mod generate;
+mod known;
 pub mod render;
 pub mod profile;
 mod state;

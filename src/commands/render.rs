@@ -2,18 +2,20 @@
 
 use super::console::Console;
 use super::failure::Failure;
+use super::known;
 use super::load;
 use super::state::StateFile;
 use crate::cli::{Crop, Output, RenderArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
-use crate::render::{Rendered, Renderer};
+use crate::render::{Rendered, Renderer, Unfinished};
+use crate::report::Report;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::{atomic_file, table};
 use anyhow::Context;
 use std::io::{self, BufWriter, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Renders one image.
@@ -25,8 +27,12 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
-    let settings = settings(args, &scene)?;
+    let mut settings = settings(args, &scene)?;
+    let request = known::request(args, &mut settings, started)?;
     progress::catch_interrupts()?;
+    if let Some(request) = request {
+        return known::run(args, format, (&scene, scene_seconds), &settings, &request, started, console);
+    }
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), "rendering");
     let rendered = renderer.resume(&scene, &settings, earlier, &mut progress);
@@ -36,7 +42,14 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         None => error.into(),
     })?;
     rendered.report.time.scene += scene_seconds;
-    deliver(args, format, rendered, started, console)?;
+    let (done, unfinished) = (rendered.done, rendered.unfinished.take());
+    let report = Deliver { args, format, channels: &[] }.deliver(rendered, started, console)?;
+    if done < 1.0 {
+        return Err(interrupted(&report, done, unfinished, state)?);
+    }
+    if let Some(state) = state.filter(|_| args.resume) {
+        state.remove()?;
+    }
     validated(&renderer.validation_messages(), console)
 }
 
@@ -63,6 +76,7 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
             *format
         }
     };
+    known::check(args)?;
     if let Some(path) = &args.report {
         writable(path)?;
         if matches!(&args.output, Output::File(image, _) if image == path) {
@@ -93,7 +107,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
     settings.sampler = args.sampler;
     settings.cutoff = args.cutoff;
     settings.seed = args.seed;
-    settings.precision = args.precision;
+    settings.precision = args.precision.unwrap_or_default();
     settings.origin = args.origin;
     if let Some(Crop(crop)) = args.crop {
         let [.., x1, y1] = crop;
@@ -109,51 +123,81 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
     Ok(settings)
 }
 
-/// Writes image and report, and says so.
-fn deliver(
-    args: &RenderArgs,
-    format: Format,
-    mut rendered: Rendered,
-    started: Instant,
-    console: &mut Console,
-) -> Result<(), Failure> {
-    if rendered.done == 0.0 {
-        return Err(Failure::Interrupted("interrupted before the first pixel; nothing is saved".into()));
-    }
-    let report = &mut rendered.report;
-    report.scene.file = args.scene.display().to_string();
-    report.image.file = match &args.output {
-        Output::Stdout => "-".into(),
-        Output::File(path, _) => path.display().to_string(),
-    };
-    report.image.linear_sha256 = linear_sha256(&rendered.linear);
-    report.time.wall += started.elapsed().as_secs_f64();
+/// How image and report are delivered.
+pub(super) struct Deliver<'a> {
+    pub(super) args: &'a RenderArgs,
+    pub(super) format: Format,
+    /// Numbers beside the colours, for formats that have room.
+    pub(super) channels: &'a [(&'a str, Vec<f32>)],
+}
 
-    write_image(args, format, &rendered)?;
-    let report = &rendered.report;
-    if let Some(path) = &args.report {
-        write_json(path, report)?;
+impl Deliver<'_> {
+    /// Writes image and report, and says so; gives the report.
+    pub(super) fn deliver(
+        &self,
+        mut rendered: Rendered,
+        started: Instant,
+        console: &mut Console,
+    ) -> Result<Report, Failure> {
+        if rendered.done == 0.0 {
+            return Err(Failure::Interrupted("interrupted before the first pixel; nothing is saved".into()));
+        }
+        let report = &mut rendered.report;
+        report.scene.file = self.args.scene.display().to_string();
+        report.image.file = match &self.args.output {
+            Output::Stdout => "-".into(),
+            Output::File(path, _) => path.display().to_string(),
+        };
+        report.image.linear_sha256 = linear_sha256(&rendered.linear);
+        self.write_image(&rendered)?;
+        let report = &mut rendered.report;
+        report.time.wall += started.elapsed().as_secs_f64();
+        if let Some(path) = &self.args.report {
+            write_json(path, report)?;
+        }
+        if console.is_verbose() {
+            console.say(&table::report(report));
+        }
+        console.say(&table::summary(report));
+        for line in table::error(report).iter().chain(&table::warnings(report)) {
+            console.say(line);
+        }
+        Ok(rendered.report)
     }
-    if console.is_verbose() {
-        console.say(&table::report(report));
+
+    fn write_image(&self, rendered: &Rendered) -> Result<(), Failure> {
+        let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
+        let metadata = Metadata::of(&rendered.report, rendered.done);
+        let encode = |out: &mut dyn Write| self.format.encode_with(view, self.channels, &metadata, out);
+        Ok(match &self.args.output {
+            Output::Stdout => {
+                let mut out = BufWriter::new(io::stdout().lock());
+                let written = encode(&mut out).and_then(|()| out.flush());
+                written.context("cannot write the image to standard output")
+            }
+            Output::File(path, _) => atomic_file::write(path, |out| encode(out))
+                .with_context(|| format!("cannot write {}", path.display())),
+        }?)
     }
-    console.say(&table::summary(report));
-    for line in table::warnings(report) {
-        console.say(&line);
+}
+
+/// Names the pictures of layers.
+pub(super) fn say_layers(names: &[PathBuf], console: &mut Console) {
+    for name in names {
+        console.say(&format!("layer: {}", name.display()));
     }
-    let state = state_file(args);
-    if rendered.done < 1.0 {
-        return Err(interrupted(rendered, state)?);
-    }
-    state.filter(|_| args.resume).map_or(Ok(()), |state| state.remove())
 }
 
 /// Keeps what is finished for `--resume`, and says how far it is.
-fn interrupted(rendered: Rendered, state: Option<StateFile>) -> Result<Failure, Failure> {
-    let Rendered { done, report, unfinished, .. } = rendered;
+fn interrupted(
+    report: &Report,
+    done: f64,
+    unfinished: Option<Unfinished>,
+    state: Option<StateFile>,
+) -> Result<Failure, Failure> {
     let then = match (state, unfinished) {
         (Some(state), Some(mut unfinished)) => {
-            unfinished.time = report.time;
+            unfinished.time = report.time.clone();
             state.save(&unfinished)?;
             format!("go on with --resume (from {})", state.path().display())
         }
@@ -166,20 +210,6 @@ fn interrupted(rendered: Rendered, state: Option<StateFile>) -> Result<Failure, 
     )))
 }
 
-fn write_image(args: &RenderArgs, format: Format, rendered: &Rendered) -> Result<(), Failure> {
-    let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
-    let metadata = Metadata::of(&rendered.report, rendered.done);
-    Ok(match &args.output {
-        Output::Stdout => {
-            let mut out = BufWriter::new(io::stdout().lock());
-            let written = format.encode(view, &metadata, &mut out).and_then(|()| out.flush());
-            written.context("cannot write the image to standard output")
-        }
-        Output::File(path, _) => atomic_file::write(path, |out| format.encode(view, &metadata, out))
-            .with_context(|| format!("cannot write {}", path.display())),
-    }?)
-}
-
 /// Writes `value` as JSON.
 pub(super) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).context("cannot express the report as JSON")?;
@@ -188,7 +218,7 @@ pub(super) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(
 }
 
 /// Fails if the validation layer had anything to say.
-fn validated(messages: &[String], console: &mut Console) -> Result<(), Failure> {
+pub(super) fn validated(messages: &[String], console: &mut Console) -> Result<(), Failure> {
     for message in messages {
         console.error(message);
     }

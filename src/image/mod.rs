@@ -64,13 +64,25 @@ impl Format {
         }
     }
 
-    /// Encodes `view` into `out`.
-    pub fn encode(self, view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
+    /// Encodes `view` with more channels, each of one number a pixel; formats that have no room for them
+    /// leave them out.
+    pub fn encode_with(
+        self,
+        view: View<'_>,
+        channels: &[(&str, Vec<f32>)],
+        metadata: &Metadata,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
         match self {
             Format::Png(bits) => png::encode(view, bits, metadata, out),
-            Format::Exr => exr::encode(view, metadata, out),
+            Format::Exr => exr::encode(view, channels, metadata, out),
             Format::Hdr => hdr::encode(view, metadata, out),
         }
+    }
+
+    /// Encodes `view` into `out`.
+    pub fn encode(self, view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
+        self.encode_with(view, &[], metadata, out)
     }
 }
 

@@ -8,12 +8,22 @@ use crate::render::RenderError;
 
 /// Depths that are tried, in this order.
 const LADDER: [u32; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 24, 32, 48, DEEPEST];
+/// Rungs that a ladder climbs beyond the first that hides nothing in the pixels looked at: the others may hide
+/// something yet, and empty depths cost next to nothing.
+const MARGIN: usize = 3;
 /// Pixels that are looked at.
 pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
-const MOST_RAYS: f64 = 4096.0;
-/// Shares of an error that a single ray may hide, tried as weight cuts.
-const SHARES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
+const MOST_RAYS: f64 = 512.0;
+/// Rays that one look may take, more or less.
+const LOOK_RAYS: f64 = 1e6;
+/// Shares of an error that a single ray may hide, tried as weight cuts; and that of all other looks, which keeps
+/// branching paths from growing without end.
+const SHARES: [f64; 3] = [1.0, 0.3, 0.1];
+const LEAST_SHARE: f64 = 0.02;
+
+/// A ray that hides less is not traced where time is short: an eighth of an 8-bit code.
+const NEGLIGIBLE: f64 = 5e-4;
 
 /// A place to cut paths, and what it does in a few pixels.
 #[derive(Debug, Clone)]
@@ -38,8 +48,13 @@ impl Cut {
 
     /// The error to expect of so many rays.
     fn error(&self, rays: f64, pixels: u32) -> f64 {
-        let samples = (rays / self.rays / f64::from(pixels)).max(1.0);
-        self.hidden + self.noise * (samples / f64::from(REPLICATES)).powf(-0.75)
+        self.hidden + self.sampling(rays, pixels)
+    }
+
+    /// Its sampling part; infinite where the rays do not even make a pilot.
+    fn sampling(&self, rays: f64, pixels: u32) -> f64 {
+        let share = rays / (self.rays * f64::from(pixels) * f64::from(REPLICATES));
+        if share < 1.0 { f64::INFINITY } else { self.noise * share.powf(-0.75) }
     }
 }
 
@@ -49,9 +64,10 @@ pub(super) fn look(
     limit: &RadianceLimit,
     depth: u32,
     cutoff: f32,
+    pixels: u32,
 ) -> Result<Cut, RenderError> {
     tracing.survey.cut_at(depth, cutoff);
-    let places = tracing.region.spread(PIXELS);
+    let places = tracing.region.spread(pixels);
     let traced = crate::measure::samples::Source::trace(tracing, &places, 0..REPLICATES)?;
     // The pixels looked at are an image of their own.
     let count = traced.marks.len() as u32;
@@ -68,41 +84,59 @@ pub(super) fn look(
     })
 }
 
-/// Deeper and deeper cuts, until nothing is hidden, `enough` says so, or a sample has too many rays.
+/// Pixels to look at after `last`: fewer where samples take many rays.
+fn enough_pixels(last: Option<&Cut>) -> u32 {
+    let rays = last.map_or(1.0, |c| 2.0 * c.rays);
+    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(256.0, f64::from(PIXELS)) as u32
+}
+
+/// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
+/// too many rays.
 fn ladder(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
+    after: u32,
+    cutoff: f32,
     mut enough: impl FnMut(&[Cut]) -> bool,
 ) -> Result<Vec<Cut>, RenderError> {
     let mut rungs = Vec::new();
-    for depth in LADDER {
-        match look(tracing, limit, depth, 0.0) {
+    let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
+    for (i, &depth) in depths.iter().enumerate() {
+        match look(tracing, limit, depth, cutoff, enough_pixels(rungs.last())) {
             Ok(rung) => rungs.push(rung),
             // One sample's rays outgrew the queue: deeper ones would all the more.
             Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
             Err(error) => return Err(error),
         }
         let last = &rungs[rungs.len() - 1];
-        if last.hidden == 0.0 || last.rays > MOST_RAYS || enough(&rungs) || tracing.observer.cancelled() {
+        if last.hidden == 0.0 {
+            let beyond = depths[(i + MARGIN).min(depths.len() - 1)];
+            let deeper = Cut { depth: beyond, ..last.clone() };
+            rungs.push(deeper);
+            break;
+        }
+        if last.rays > MOST_RAYS || enough(&rungs) || tracing.observer.cancelled() {
             break;
         }
     }
     Ok(rungs)
 }
 
-/// The cheapest cut for an error of `target`; the one that hides least where none will do.
+/// The cheapest cut deeper than `after` for an error of `target`; the one that hides least where none will do.
 pub(super) fn for_error(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
     target: f64,
+    after: u32,
 ) -> Result<Cut, RenderError> {
     // Once a rung costs more than the best, deeper ones do too: they hide less, but not less than nothing.
     let past_best = |rungs: &[Cut]| {
         let best = rungs.iter().map(|r| r.cost(target)).fold(f64::INFINITY, f64::min);
         rungs.last().is_some_and(|last| last.rays * target.powf(-4.0 / 3.0) > best)
     };
-    let mut cuts = ladder(tracing, limit, past_best)?;
     let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
+    let least = if brightest.is_finite() { LEAST_SHARE * target / brightest.max(1.0) } else { 0.0 };
+    let mut cuts = ladder(tracing, limit, after, least as f32, past_best)?;
     let deepest = cuts.iter().map(|c| c.depth).max().unwrap_or(1);
     let reached = cuts.iter().any(|c| c.cost(target).is_finite());
     if brightest > 0.0 && brightest.is_finite() && deepest > 1 {
@@ -112,7 +146,7 @@ pub(super) fn for_error(
                 continue;
             }
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
-            match look(tracing, limit, depth, cutoff) {
+            match look(tracing, limit, depth, cutoff, enough_pixels(cuts.last())) {
                 Ok(cut) => cuts.push(cut),
                 Err(RenderError::DoesNotFit(_)) => break,
                 Err(error) => return Err(error),
@@ -122,7 +156,7 @@ pub(super) fn for_error(
             }
         }
     }
-    let least_hidden = cuts.iter().min_by(|a, b| a.hidden.total_cmp(&b.hidden)).cloned();
+    let least_hidden = cuts.iter().rev().min_by(|a, b| a.hidden.total_cmp(&b.hidden)).cloned();
     best(&cuts, target)
         .cloned()
         .or(least_hidden)
@@ -130,7 +164,8 @@ pub(super) fn for_error(
 }
 
 fn best(cuts: &[Cut], target: f64) -> Option<&Cut> {
-    let possible = cuts.iter().filter(|c| c.cost(target).is_finite());
+    // Of equals the deepest.
+    let possible = cuts.iter().rev().filter(|c| c.cost(target).is_finite());
     possible.min_by(|a, b| a.cost(target).total_cmp(&b.cost(target)))
 }
 
@@ -142,12 +177,14 @@ pub(super) fn for_rays(
     in_time: impl Fn() -> bool,
 ) -> Result<Cut, RenderError> {
     let pixels = tracing.region.pixels();
-    let worse = |rungs: &[Cut]| {
-        let [.., before, last] = rungs else { return !in_time() };
-        !in_time() || last.error(rays(), pixels) > before.error(rays(), pixels)
+    // Deeper cuts err by their sampling part at least.
+    let past_best = |rungs: &[Cut]| {
+        let best = rungs.iter().map(|r| r.error(rays(), pixels)).fold(f64::INFINITY, f64::min);
+        !in_time() || rungs.last().is_some_and(|last| last.sampling(rays(), pixels) > best)
     };
-    let rungs = ladder(tracing, limit, worse)?;
+    let brightest = limit.rgb.iter().fold(1.0, |m: f64, c| m.max(*c));
+    let rungs = ladder(tracing, limit, 0, (NEGLIGIBLE / brightest) as f32, past_best)?;
     let error = |cut: &Cut| cut.error(rays(), pixels);
-    let best = rungs.into_iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+    let best = rungs.into_iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)));
     best.ok_or_else(|| RenderError::Failed("no depth was tried".into()))
 }

@@ -15,7 +15,7 @@ mod traced;
 mod until_error;
 mod until_time;
 
-pub use known::Known;
+pub use known::{Known, Layer};
 
 use super::limit::{RadianceLimit, radiance_limit};
 use crate::render::{Observer, RenderError, Renderer};

@@ -4,6 +4,7 @@ use super::traced::{Region, Tracing};
 use super::{REPLICATES, Task};
 use crate::measure::budget;
 use crate::measure::gathered::Gathered;
+use crate::measure::sampling::Noise;
 use crate::render::{RenderError, Survey};
 use crate::settings::{Precision, Settings};
 
@@ -13,8 +14,10 @@ pub(super) struct Rounded {
     /// RMSE of pixels whose samples all went the same way: it does not average out.
     same_way: f64,
     /// Upper bound on the share of samples that go another way: that of a pixel of n samples changes it
-    /// by 1/n at most.
+    /// by 1/n of the difference there at most.
     other_way: f64,
+    /// Mean square of that difference, as it is at edges.
+    contrast: f64,
     /// Pixels seen of which some sample did.
     pub(super) pixels: u64,
 }
@@ -26,12 +29,12 @@ impl Rounded {
         let inverse: f64 = sampled.map(|n| 1.0 / f64::from(*n)).sum();
         let inverse = inverse / image.samples.len().max(1) as f64;
         // Ways of other samples are other ways on their own: variances add; their mean is a bias.
-        (self.same_way.powi(2) + self.other_way * inverse + self.other_way.powi(2)).sqrt()
+        (self.same_way.powi(2) + self.contrast * (self.other_way * inverse + self.other_way.powi(2))).sqrt()
     }
 
     /// The same of an image of `samples` samples a pixel.
     pub(super) fn part_at(&self, samples: f64) -> f64 {
-        (self.same_way.powi(2) + self.other_way / samples + self.other_way.powi(2)).sqrt()
+        (self.same_way.powi(2) + self.contrast * (self.other_way / samples + self.other_way.powi(2))).sqrt()
     }
 }
 
@@ -93,11 +96,28 @@ impl Task<'_> {
             same += all.pixels[at].powi(2);
         }
         Ok(Some(Rounded {
+            contrast: contrast(&b),
             same_way: (same / seen.max(1) as f64).sqrt(),
             other_way: poisson_limit(all.ways, risk) / (seen.max(1) as f64 * f64::from(REPLICATES)),
             pixels: all.ways,
         }))
     }
+}
+
+/// Mean squared difference between the two sides of an edge: a sample goes another way where it lies within
+/// rounding of one. A pixel that an edge of difference c cuts anywhere has samples of variance c^2 a (1 - a),
+/// a the share of one side; over all a that is c^2 / 6. No more than 1, the whole range, and 1 where no
+/// pixel shows an edge.
+fn contrast(seen: &Gathered) -> f64 {
+    let mixed = |at: &usize| seen.marks[*at].hash_least != seen.marks[*at].hash_most;
+    let (mut count, mut sum) = (0u32, 0.0);
+    for at in (0..seen.samples.len()).filter(mixed) {
+        let each = f64::from(seen.samples[at]) / seen.replicates as f64;
+        // The variance of one sample, from means of `each`.
+        sum += Noise::of(seen.sums_of(at), seen.samples[at]).squares * seen.replicates as f64 * each;
+        count += 1;
+    }
+    if count == 0 { 1.0 } else { (6.0 * sum / f64::from(count)).min(1.0) }
 }
 
 #[cfg(test)]

@@ -30,16 +30,17 @@ impl Task<'_> {
         let start = Instant::now();
         let mut rounded = self.precision_for(&mut survey, target)?;
         // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        let mut aim = target;
+        let mut tried = 0;
+        let mut last = false;
         let (allocation, why) = loop {
-            let cut = self.cut_for(&mut survey, aim)?;
+            let cut = self.cut_for(&mut survey, target, tried)?;
             survey.cut_at(cut.depth, cut.cutoff);
-            let (allocation, retry) =
-                self.sample(&mut survey, target, rounded.as_ref(), aim > target / 8.0)?;
+            let (allocation, retry) = self.sample(&mut survey, target, rounded.as_ref(), !last)?;
             if !retry {
                 break (allocation, self.why_not(&cut, target, rounded.as_ref()));
             }
-            aim /= 2.0;
+            tried = cut.depth;
+            last = tried >= DEEPEST;
         };
         let confidence = self.request.confidence;
         let image = allocation.gathered().clone();
@@ -84,13 +85,19 @@ impl Task<'_> {
         Ok(rounded)
     }
 
-    fn cut_for(&mut self, survey: &mut Survey, target: f64) -> Result<Cut, RenderError> {
+    fn cut_for(&mut self, survey: &mut Survey, target: f64, after: u32) -> Result<Cut, RenderError> {
         let region = Region::of(&self.settings);
         let mut tracing = Tracing { survey, region, observer: self.observer };
         if self.request.keep_depth {
-            return cut::look(&mut tracing, &self.limit, self.settings.depth, self.settings.cutoff);
+            return cut::look(
+                &mut tracing,
+                &self.limit,
+                self.settings.depth,
+                self.settings.cutoff,
+                cut::PIXELS,
+            );
         }
-        cut::for_error(&mut tracing, &self.limit, target)
+        cut::for_error(&mut tracing, &self.limit, target, after)
     }
 
     /// Samples until the sum of the parts is the target; true if the cut loses so much that another should

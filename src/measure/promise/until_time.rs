@@ -39,7 +39,7 @@ impl Task<'_> {
             let share = PILOT_SHARE * left(reserve);
             let mut tracing = Tracing { survey: &mut survey, region, observer: self.observer };
             if self.request.keep_depth {
-                cut::look(&mut tracing, &self.limit, self.settings.depth, self.settings.cutoff)?
+                cut::look(&mut tracing, &self.limit, self.settings.depth, self.settings.cutoff, cut::PIXELS)?
             } else {
                 let rays = |pace: f64| pace * left(reserve);
                 // The pace is not known before the first look: lavapipe's is a few million rays a second.
@@ -55,7 +55,7 @@ impl Task<'_> {
         let mut pace = {
             let clock = Instant::now();
             let mut tracing = Tracing { survey: &mut survey, region, observer: self.observer };
-            cut = cut::look(&mut tracing, &self.limit, cut.depth, cut.cutoff)?;
+            cut = cut::look(&mut tracing, &self.limit, cut.depth, cut.cutoff, cut::PIXELS)?;
             let rays = cut.rays * f64::from(region.spread(cut::PIXELS).len() as u32 * REPLICATES);
             rays / clock.elapsed().as_secs_f64()
         };
