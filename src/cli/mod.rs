@@ -29,6 +29,8 @@ Examples:
   whitted render scenes/cornell.toml -o cornell.png
   whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
   whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
+  whitted render scenes/cornell.toml -o good.png --error 0.01
+  whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
 
 Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
