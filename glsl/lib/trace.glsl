@@ -90,12 +90,34 @@ void test_sphere(uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
-// No early way out, even where any hit will do: outside all control flow lavapipe loads an address
-// that all lanes share once (lavapipe's figures in ARCHITECTURE.md), and a GPU does not diverge.
-void walk_brute(TraceRay r, inout Hit best) {
+// A scene of few primitives: first a filter that is a handful of operations and no branch, written out
+// for each of them, then the whole test for what it lets through. Outside all control flow lavapipe
+// loads an address that all lanes share once, and it runs both sides of a branch (ARCHITECTURE.md,
+// "Figures"); a GPU does not diverge.
+void walk_few(TraceRay r, bool any, inout Hit best) {
+    uint candidates = 0u;
+    [[unroll]] for (uint i = 0u; i < triangle_count; i++) {
+        candidates |= may_hit_triangle(triangles[i], r.origin, r.shear) ? 1u << i : 0u;
+    }
+    [[unroll]] for (uint i = 0u; i < sphere_count; i++) {
+        candidates |= may_hit_sphere(spheres[i], r.origin, r.direction, triangle_count + i == r.skip) ? 1u << (triangle_count + i) : 0u;
+    }
+    const uint last_triangle = triangle_count < 32u ? (1u << triangle_count) - 1u : 0xffffffffu;
+    uint left = candidates & last_triangle;
+    while (left != 0u) {
+        test_triangle(findLSB(left), r, best);
+        left = any && best.primitive != NONE ? 0u : left & (left - 1u);
+    }
+    left = any && best.primitive != NONE ? 0u : candidates & ~last_triangle;
+    while (left != 0u) {
+        test_sphere(findLSB(left), r, best);
+        left = any && best.primitive != NONE ? 0u : left & (left - 1u);
+    }
+}
+
+void walk_brute(TraceRay r, bool any, inout Hit best) {
     if (triangle_count + sphere_count <= UNROLL_MAX) {
-        [[unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
-        [[unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
+        walk_few(r, any, best);
     } else {
         [[dont_unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
         [[dont_unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
@@ -167,7 +189,7 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
     if (use_bvh != 0u) {
         walk_bvh(r, any, best);
     } else {
-        walk_brute(r, best);
+        walk_brute(r, any, best);
     }
     return best;
 }

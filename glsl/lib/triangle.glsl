@@ -69,3 +69,21 @@ bool hit_triangle(Triangle tri, real3 o, real3 d, Shear s, out real t, out real 
     v = wc / det;
     return inside && det != 0.0 && t > 0.0;
 }
+
+// False only where `hit_triangle` is false: it looks at the signs alone and leaves zeros to the test.
+bool may_hit_triangle(Triangle tri, real3 o, Shear s) {
+    if (defect == DEFECT_MOELLER_TRUMBORE) return true;
+    real3 a = permute(tri.a - o, s.kz), b = permute(tri.b - o, s.kz), c = permute(tri.c - o, s.kz);
+    real ax = a.x - s.sx * a.z, ay = a.y - s.sy * a.z;
+    real bx = b.x - s.sx * b.z, by = b.y - s.sy * b.z;
+    real cx = c.x - s.sx * c.z, cy = c.y - s.sy * c.z;
+    real ua = cx * by - cy * bx;
+    real vb = ax * cy - ay * cx;
+    real wc = bx * ay - by * ax;
+    real low = ua < vb ? ua : vb, high = ua < vb ? vb : ua;
+    low = wc < low ? wc : low;
+    high = wc > high ? wc : high;
+    real scaled = ((ua * a.z + vb * b.z) + wc * c.z) * s.sz;
+    // Ahead, the distance has the sign of the edge functions; a zero among them decides nothing.
+    return (low >= 0.0 && !(scaled <= 0.0 && low > 0.0)) || (high <= 0.0 && !(scaled >= 0.0 && high < 0.0));
+}
