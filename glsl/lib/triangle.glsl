@@ -2,6 +2,11 @@
 // Departs from it by not swapping kx and ky (that only flips the sign of all three edge functions)
 // and by deciding a zero edge function exactly with Dekker's product instead of f64.
 
+// As stored: from the corners in f64.
+real3 geometric_normal(Triangle t) {
+    return real3(t.normal_x, t.normal_y, t.normal_z);
+}
+
 // The ray's part of the test: the axes permuted so that kz is the direction's largest, and the shear.
 struct Shear {
     int kz;

@@ -18,9 +18,10 @@ fn primary_ray(push: &Push, c: &Camera, slot: u32) -> Ray {
     Ray {
         origin: (Real3::from(c.origin) + c.advance * lateral).into(),
         direction: safe_normalize(Real3::from(c.forward) + lateral).into(),
-        throughput: Vec3::ONE.into(),
         slot,
         skip: NONE,
+        throughput: Vec3::ONE.into(),
+        pad: 0,
     }
 }
 
