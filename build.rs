@@ -50,6 +50,7 @@ fn compile_all() -> Result<(), String> {
         let name = path.file_stem().and_then(|s| s.to_str()).ok_or("kernel file name is not UTF-8")?;
         let mut accesses = Vec::new();
         let mut files = Vec::new();
+        let mut texels = 0u64;
         for (suffix, real, real3, structs) in precisions {
             let words = compile(&compiler, path, &abi_glsl(real, real3, structs))?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -58,6 +59,7 @@ fn compile_all() -> Result<(), String> {
             fs::write(&file, bytemuck::cast_slice(&words)).map_err(|e| e.to_string())?;
             files.push(file);
             accesses.push(module.bindings);
+            module.texels.iter().for_each(|b| texels |= 1 << (b - abi::TEXELS_AT));
         }
         if accesses[0] != accesses[1] {
             return Err(format!("{name}: the two precisions use different buffers"));
@@ -67,12 +69,15 @@ fn compile_all() -> Result<(), String> {
             reads |= u64::from(b.reads) << b.binding;
             writes |= u64::from(b.writes) << b.binding;
         }
+        if texels & !reads != 0 {
+            return Err(format!("{name}: a texel view of a buffer that it does not read"));
+        }
         let [single, double] = [&files[0], &files[1]];
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(
             table,
-            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), reads: {reads:#x}, writes: {writes:#x} }},"
+            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
         );
     }
     let source = format!(
@@ -110,6 +115,22 @@ fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct]) -> String {
             text,
             "#define {macro_name}(x) layout(scalar, set = 0, binding = BINDING_##x) {access}restrict buffer x##_block {{ ELEMENT_##x x[]; }};"
         );
+    }
+    // A view of the same buffer in texels of four words, for kernels in single precision.
+    let _ = writeln!(
+        text,
+        "#define TEXELS(x) layout(set = 0, binding = TEXELS_AT + BINDING_##x) uniform usamplerBuffer x##_texels;"
+    );
+    if real == "float" {
+        let names: Vec<String> = (0..abi::FEW_WORDS).map(|i| format!("few_{i}")).collect();
+        for (i, name) in names.iter().enumerate() {
+            let _ = writeln!(
+                text,
+                "layout(constant_id = {}) const float {name} = 0.0;",
+                abi::FEW_AT as usize + i
+            );
+        }
+        let _ = writeln!(text, "#define FEW float[]({})", names.join(", "));
     }
     text.push_str("layout(scalar, push_constant) uniform push_block { Push push; };\n");
     text

@@ -25,7 +25,7 @@ Ray primary_ray(Camera c, uint slot) {
     real sx = (real(x) + real(offset.x)) * c.step_x - 1.0;
     real sy = 1.0 - (real(y) + real(offset.y)) * c.step_y;
     real3 lateral = sx * c.right + sy * c.up;
-    return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), vec3(1.0), slot, NONE);
+    return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), slot, NONE, vec3(1.0), 0u);
 }
 
 void main() {

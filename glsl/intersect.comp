@@ -3,15 +3,16 @@
 // One invocation per ray.
 #version 460
 #include "prelude.glsl"
+#include "fetch.glsl"
 layout(local_size_x_id = 0) in;
 
-READS(triangles)
+FETCHES_3(triangles)
 READS(triangle_infos)
-READS(spheres)
+FETCHES_1(spheres)
 READS(wide_spheres)
 READS(sphere_infos)
-READS(nodes)
-READS(rays)
+FETCHES_4(nodes)
+FETCHES_3(rays)
 READS(queue)
 WRITES(hits)
 UPDATES(counters)
@@ -23,7 +24,8 @@ void main() {
     // The last group's spare invocations take its last ray, to the limit 0, and write and count nothing:
     // a return would put all loads under a mask.
     uint i = min(item, queue[0].count - 1u);
-    TraceRay r = make_trace_ray(rays[i].origin, rays[i].direction, rays[i].skip);
+    Ray ray = load_rays(i);
+    TraceRay r = make_trace_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
     if (mine) hits[i] = h;
 }

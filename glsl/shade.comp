@@ -6,21 +6,22 @@
 #version 460
 #include "prelude.glsl"
 #include "numeric.glsl"
+#include "fetch.glsl"
 layout(local_size_x_id = 0) in;
 
-READS(triangles)
-READS(triangle_infos)
+FETCHES_3(triangles)
+FETCHES_2(triangle_infos)
 READS(corner_normals)
-READS(spheres)
+FETCHES_1(spheres)
 READS(wide_spheres)
-READS(sphere_infos)
-READS(materials)
+FETCHES_1(sphere_infos)
+FETCHES_2(materials)
 READS(solid_iors)
 READS(solid_priorities)
-READS(rays)
+FETCHES_3(rays)
 READS(media)
 READS(queue)
-READS(hits)
+FETCHES_1(hits)
 WRITES(surfaces)
 WRITES(totals)
 UPDATES(paths)
@@ -41,37 +42,40 @@ void note_cut(uint slot, float throughput) {
 }
 
 // `kind` if a child of this throughput is traced.
-uint child(uint i, uint kind, float throughput) {
+uint child(uint slot, uint kind, float throughput) {
     if (!(throughput > 0.0)) return 0u;
     if (push.depth < push.last_depth && !(throughput < push.cutoff)) return kind;
-    note_cut(rays[i].slot, throughput);
+    note_cut(slot, throughput);
     return 0u;
 }
 
 Surface strike(uint i) {
-    Hit h = hits[i];
+    Hit h = load_hits(i);
     Surface s;
     s.primitive = h.primitive;
     s.flags = 0u;
     if (h.primitive == NONE) return s;
 
-    real3 o = rays[i].origin, d = rays[i].direction;
+    Ray ray = load_rays(i);
+    real3 o = ray.origin, d = ray.direction;
     Point p;
     if (h.primitive < triangle_count) {
-        TriangleInfo info = triangle_infos[h.primitive];
-        p = triangle_point(triangles[h.primitive], info, h.u, h.v);
+        TriangleInfo info = load_triangle_infos(h.primitive);
+        Triangle t = load_triangles(h.primitive);
+        p = triangle_point(t, info, h.u, h.v);
         if (smooth_normals != 0u) {
-            p.normal = smooth_normal(corner_normals[h.primitive], info.normal, info.geometric, h.u, h.v);
+            p.normal = smooth_normal(corner_normals[h.primitive], info.normal, p.geometric, h.u, h.v);
         }
         s.material = info.material;
         s.solid = info.solid;
     } else {
         uint j = h.primitive - triangle_count;
-        uint wide = sphere_infos[j].wide;
+        SphereInfo info = load_sphere_infos(j);
+        uint wide = info.wide;
         p = wide_spheres_used != 0u && wide != NONE ? wide_sphere_point(wide_spheres[wide], o, d, h.t)
-                                                    : sphere_point(spheres[j], o, d, h.t);
-        s.material = sphere_infos[j].material;
-        s.solid = sphere_infos[j].solid;
+                                                    : sphere_point(load_spheres(j), o, d, h.t);
+        s.material = info.material;
+        s.solid = info.solid;
     }
     bool behind = dot3(d, p.geometric) > 0.0;
     s.position = p.position;
@@ -85,7 +89,7 @@ Surface strike(uint i) {
     }
     s.cosine = c < 1.0 ? (c > 0.0 ? c : 0.0) : 1.0;
 
-    Material m = materials[s.material];
+    Material m = load_materials(s.material);
     real here = 1.0, beyond = 1.0;
     s.eta = 1.0;
     // Not only where there are solids: a thin sheet reflects by its index in a scene without any.
@@ -100,7 +104,7 @@ Surface strike(uint i) {
                 s.share = 0.0;
                 bool last = push.depth == push.last_depth;
                 s.flags |= PASSES | (last ? 0u : CHILD_REFRACTED);
-                if (last) note_cut(rays[i].slot, greatest(rays[i].throughput));
+                if (last) note_cut(ray.slot, greatest(ray.throughput));
                 return s;
             }
             // Entering: of equal priority, the solid entered last is the medium.
@@ -114,11 +118,11 @@ Surface strike(uint i) {
         }
     }
     s.share = float(reflection_share(m, here, beyond, d, s.normal, s.cosine));
-    float w = greatest(rays[i].throughput);
+    float w = greatest(ray.throughput);
     bool bailout = defect == DEFECT_BAILOUT && w < 1.0 / 255.0;
     if (m.secondary > 0.0 && !bailout) {
         w *= m.secondary;
-        s.flags |= child(i, CHILD_REFLECTED, s.share * w) | child(i, CHILD_REFRACTED, (1.0 - s.share) * w);
+        s.flags |= child(ray.slot, CHILD_REFLECTED, s.share * w) | child(ray.slot, CHILD_REFRACTED, (1.0 - s.share) * w);
     }
     return s;
 }

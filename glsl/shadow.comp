@@ -5,20 +5,21 @@
 // One invocation per ray and pass; a pass takes the lights [light_begin, light_end).
 #version 460
 #include "prelude.glsl"
+#include "fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
-READS(triangles)
+FETCHES_3(triangles)
 READS(triangle_infos)
-READS(spheres)
+FETCHES_1(spheres)
 READS(wide_spheres)
 READS(sphere_infos)
-READS(nodes)
-READS(materials)
+FETCHES_4(nodes)
+FETCHES_2(materials)
 READS(lights)
-READS(rays)
+FETCHES_3(rays)
 READS(queue)
-READS(surfaces)
+FETCHES_4(surfaces)
 UPDATES(contributions)
 UPDATES(slots)
 UPDATES(paths)
@@ -69,9 +70,10 @@ void main() {
     // The last group's spare invocations take its last ray, face no light, and write and count nothing.
     uint i = min(item, queue[0].count - 1u);
     bool first = push.light_begin == 0u, last = push.light_end == light_count;
-    Surface s = surfaces[i];
+    Surface s = load_surfaces(i);
+    Ray ray = load_rays(i);
     bool hit = s.primitive != NONE;
-    Material m = materials[hit ? s.material : 0u];
+    Material m = load_materials(hit ? s.material : 0u);
     // Where another solid hides the surface, it has no colour of its own.
     float own = hit && (s.flags & PASSES) == 0u ? 1.0 - m.secondary : 0.0;
     bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
@@ -92,7 +94,7 @@ void main() {
     if (!mine) return;
     if (shadow_rays > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, shadow_rays);
     if (survey != 0u) {
-        uint slot = rays[i].slot;
+        uint slot = ray.slot;
         uint kind = hit ? s.flags & ((1u << PREFIX_SHIFT) - 1u) : 0u;
         atomicAdd(paths[slot].hash, pcg4d(uvec4(s.primitive, kind, push.depth, push.light_begin << 8u | seen)).x);
         atomicAdd(paths[slot].rays, shadow_rays + (first ? 1u : 0u));
@@ -103,10 +105,10 @@ void main() {
         return;
     }
     vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
-    vec3 weighted = rays[i].throughput * (hit ? own * (m.diffuse * (m.ambient + light)) : background);
+    vec3 weighted = ray.throughput * (hit ? own * (m.diffuse * (m.ambient + light)) : background);
     if (branching != 0u) {
         contributions[i] = weighted;
     } else {
-        slots[rays[i].slot] += weighted;
+        slots[ray.slot] += weighted;
     }
 }

@@ -5,15 +5,16 @@
 #version 460
 #include "prelude.glsl"
 #include "numeric.glsl"
+#include "fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
 READS(materials)
-READS(rays)
+FETCHES_3(rays)
 READS(media)
 READS(queue)
 READS(next_queue)
-READS(surfaces)
+FETCHES_4(surfaces)
 READS(offsets)
 WRITES(next_rays)
 WRITES(next_media)
@@ -55,24 +56,24 @@ void change_media(uint from, uint to, uint solid, bool leaves) {
 void main() {
     uint i = item_index();
     if (i >= queue[0].count || next_queue[0].count == 0u) return;
-    Surface s = surfaces[i];
+    Surface s = load_surfaces(i);
     if (s.primitive == NONE || (s.flags & (CHILD_REFLECTED | CHILD_REFRACTED)) == 0u) return;
-    real3 d = rays[i].direction;
-    vec3 throughput = rays[i].throughput;
+    Ray ray = load_rays(i);
+    real3 d = ray.direction;
+    vec3 throughput = ray.throughput;
     if ((s.flags & PASSES) == 0u) throughput *= materials[s.material].secondary;
     uint skip = origin_fixed != 0u ? NONE : s.primitive;
     float shift = camera[0].origin_shift;
-    uint slot = rays[i].slot;
     uint to = offsets[group_index()] + (s.flags >> PREFIX_SHIFT);
     if ((s.flags & CHILD_REFLECTED) != 0u) {
         real3 w = above(reflected(d, s.normal, s.cosine), s.offset);
-        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, s.share * throughput, slot, skip);
+        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, s.share * throughput, 0u);
         keep_media(i, to);
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
         real3 w = s.eta == 1.0 && defect != DEFECT_EQUAL_INDICES ? d : refracted(d, s.normal, s.eta, s.cosine);
-        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, (1.0 - s.share) * throughput, slot, skip);
+        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, (1.0 - s.share) * throughput, 0u);
         if (s.solid != 0u) {
             change_media(i, to, s.solid, (s.flags & LEAVES) != 0u);
         } else {

@@ -143,22 +143,29 @@ host {
         origin_shift: float,
     }
 
-    /// Three corners in the local frame, 36 bytes. Written by `pack`, read by `intersect`, `shade`, `shadow`.
+    /// Three corners in the local frame and the plane's normal, all that a ray's test needs, 48 bytes
+    /// (f64: 96). Written by `pack`, read by `intersect`, `shade`, `shadow`.
     struct Triangle {
         /// Corner.
         a: real3,
+        /// Unit normal from the corners in f64.
+        normal_x: real,
         /// Corner.
         b: real3,
+        /// Its y.
+        normal_y: real,
         /// Corner.
         c: real3,
+        /// Its z.
+        normal_z: real,
     }
 
-    /// What a triangle is apart from its corners, 40 bytes (f64: 64). Written by `pack`, read by `shade`.
+    /// What a triangle is apart from its shape, 32 bytes (f64: 48). Written by `pack`, read by `shade`.
     struct TriangleInfo {
         /// Unit shading normal of a flat triangle (given in the scene, or from the corners in f64).
         normal: real3,
-        /// Unit normal from the corners in f64.
-        geometric: real3,
+        /// Unused; keeps the size a multiple of 16.
+        pad: real,
         /// Index into `materials`.
         material: uint,
         /// Solid whose surface this is, from 1; 0 = none (opaque, or a thin sheet).
@@ -218,7 +225,7 @@ host {
         wide: uint,
     }
 
-    /// Two children of a binary BVH with their boxes, 56 bytes. Boxes are rounded outward and padded
+    /// Two children of a binary BVH with their boxes, 64 bytes (f64: 112). Boxes are rounded outward and padded
     /// (numerics.md, Boxes). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
     /// first primitive; a leaf holds triangles or spheres, never both.
     struct Node {
@@ -234,6 +241,10 @@ host {
         child_0: uint,
         /// Second child.
         child_1: uint,
+        /// Unused; keeps the size a multiple of 16.
+        pad_0: uint,
+        /// Unused.
+        pad_1: uint,
     }
 
     /// A material, 32 bytes.
@@ -264,19 +275,21 @@ host {
 
 }
 device {
-    /// A ray in flight, 44 bytes. Written by `generate` and `spawn`, read by `intersect`, `shade`,
+    /// A ray in flight, 48 bytes (f64: 72). Written by `generate` and `spawn`, read by `intersect`, `shade`,
     /// `spawn`, `shadow`, `gather`. `direction` has unit length.
     struct Ray {
         /// Local frame.
         origin: real3,
         /// Unit length.
         direction: real3,
-        /// Product of weights from the camera.
-        throughput: vec3,
         /// Sample it belongs to, an index into `slots`.
         slot: uint,
         /// Primitive whose surface it starts on, or NONE.
         skip: uint,
+        /// Product of weights from the camera.
+        throughput: vec3,
+        /// Unused; keeps the size a multiple of 16.
+        pad: uint,
     }
 
     /// Closest hit, 16 bytes. Written by `intersect`, read by `shade`.
@@ -478,6 +491,12 @@ constants! {
     INNER_AB = 1;
     /// `TriangleInfo::inner_edges`: the edge from c to a.
     INNER_CA = 2;
+    /// Binding of a buffer's texel view = this + the buffer's own.
+    TEXELS_AT = 32;
+    /// Numbers of a primitive among the constants of a small scene: a triangle's corners, or a sphere.
+    FEW_ROW = 9;
+    /// Id of the first of them, UNROLL_MAX * FEW_ROW in all.
+    FEW_AT = 32;
     /// Numbers per item of `self_test`.
     SELF_TEST_ROW = 11;
     /// Length of `counters`.
@@ -563,17 +582,28 @@ constants! {
     DEFECT_TO_THE_LIGHT = 62;
 }
 
+/// Numbers of a small scene's shapes.
+pub const FEW_WORDS: usize = (UNROLL_MAX * FEW_ROW) as usize;
+
 macro_rules! specialisation {
     ($($(#[$meta:meta])* $name:ident: $default:expr;)*) => {
         /// Specialisation constants, in order of their ids (0 is the workgroup size).
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        pub struct Specialisation { $($(#[$meta])* pub $name: u32,)* }
+        pub struct Specialisation {
+            $($(#[$meta])* pub $name: u32,)*
+            /// The shapes of a small scene, bits of f32, where `few_known`: FEW_ROW of each primitive.
+            pub few: [u32; FEW_WORDS],
+        }
         impl Specialisation {
-            /// Values in id order.
-            pub fn values(&self) -> Vec<u32> { vec![$(self.$name,)*] }
+            /// Ids and values.
+            pub fn values(&self) -> Vec<(u32, u32)> {
+                let named = [$(self.$name,)*].into_iter().enumerate().map(|(i, v)| (i as u32, v));
+                let few = if self.few_known != 0 { &self.few[..] } else { &[] };
+                named.chain(few.iter().enumerate().map(|(i, v)| (FEW_AT + i as u32, *v))).collect()
+            }
         }
         impl Default for Specialisation {
-            fn default() -> Self { Specialisation { $($name: $default,)* } }
+            fn default() -> Self { Specialisation { $($name: $default,)* few: [0; FEW_WORDS] } }
         }
         /// Names and defaults in id order.
         pub const SPECIALISATION: &[(&str, u32)] = &[$((stringify!($name), $default),)*];
@@ -612,6 +642,10 @@ specialisation! {
     replicates: 1;
     /// 1: trace listed pixels and record what their paths do.
     survey: 0;
+    /// 1: what a ray looks up is read through texel views of the buffers; 0: as storage buffers.
+    texels: 0;
+    /// 1: `few` holds the scene's shapes, so that the kernels are compiled for them.
+    few_known: 0;
     /// A planted defect, for the tests of the tests; 0 = none.
     defect: 0;
 }

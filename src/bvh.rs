@@ -86,6 +86,7 @@ fn node(left: Option<Child>, right: Option<Child>) -> Node {
         hi_1: b1.hi.to_array(),
         child_0: c0,
         child_1: c1,
+        ..Node::default()
     }
 }
 

@@ -26,6 +26,8 @@ pub struct KernelCode {
     pub reads: u64,
     /// Bit b: the kernel may store to buffer b.
     pub writes: u64,
+    /// Bit b: in single precision, the kernel may read buffer b through its texel view as well.
+    pub texels: u64,
 }
 
 impl Kernel {

@@ -116,10 +116,11 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         }
         let normal = t.normal.map_or(geometric, |n| if n.dot(geometric) < 0.0 { -n } else { n });
         let [a, b, c] = corners.map(|c| c.to_array());
-        triangles.push(double::Triangle { a, b, c });
+        let [normal_x, normal_y, normal_z] = geometric.to_array();
+        triangles.push(double::Triangle { a, normal_x, b, normal_y, c, normal_z });
         infos.push(double::TriangleInfo {
             normal: normal.to_array(),
-            geometric: geometric.to_array(),
+            pad: 0.0,
             material: t.material as u32,
             solid: t.solid,
             id: id as u32,

@@ -2,6 +2,7 @@
 //! queue capacity, tile and batch, bytes.
 
 use crate::abi::{self, Buf, GpuStruct, Specialisation};
+use crate::kernels::KERNELS;
 use crate::pack::Packed;
 use crate::settings::{Origin, Precision, Settings};
 
@@ -14,9 +15,14 @@ pub struct Limits {
     pub heap: u64,
     /// Invocations per workgroup.
     pub workgroup_invocations: u32,
+    /// Texels of a texel buffer.
+    pub texel_elements: u32,
     /// True for a software device: its memory is the caches of a few cores.
     pub is_cpu: bool,
 }
+
+/// Bytes of a texel: four words.
+pub const TEXEL_BYTES: u64 = 16;
 
 /// Why no plan exists; says what would fit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -118,6 +124,9 @@ impl Plan {
                 sampler_kind: settings.sampler.word(),
                 replicates: settings.replicates.max(1),
                 survey: u32::from(survey),
+                texels: 0,
+                few_known: 0,
+                few: [0; abi::FEW_WORDS],
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
@@ -140,6 +149,10 @@ impl Plan {
                 return Err(plan.too_large(packed, limits));
             }
             batch = (batch / 2).max(1);
+        }
+        plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
+        if limits.is_cpu && settings.precision != Precision::Double {
+            plan.know_few(packed);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
@@ -209,6 +222,33 @@ impl Plan {
                 count.max(1) * element_bytes(element, settings.precision)
             })
             .collect();
+    }
+
+    /// Hands a small scene's shapes over as constants. A software device compiles kernels for each
+    /// scene anyhow, and loads are what its brute force spends its time on (ARCHITECTURE.md, "Figures").
+    fn know_few(&mut self, packed: &Packed) {
+        let spec = &mut self.specialisation;
+        if spec.use_bvh != 0 || packed.primitive_count() > abi::UNROLL_MAX as usize {
+            return;
+        }
+        let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
+        let spheres = packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
+        for (row, numbers) in spec.few.chunks_mut(abi::FEW_ROW as usize).zip(corners.chain(spheres)) {
+            row.iter_mut().zip(numbers).for_each(|(word, x)| *word = (x as f32).to_bits());
+        }
+        spec.few_known = 1;
+    }
+
+    /// Whether kernels read through texel views. A software device gathers texels as one vector, and
+    /// loads from storage buffers lane by lane; a GPU has nothing to gain. Views have no f64.
+    fn reads_texels(&self, settings: &Settings, limits: &Limits) -> bool {
+        let viewed = KERNELS.iter().fold(0, |bits, k| bits | k.texels);
+        let fits = |(i, bytes): (usize, &u64)| {
+            viewed >> i & 1 == 0 || bytes / TEXEL_BYTES <= u64::from(limits.texel_elements)
+        };
+        limits.is_cpu
+            && settings.precision != Precision::Double
+            && self.buffer_bytes.iter().enumerate().all(fits)
     }
 
     /// Device bytes in all.

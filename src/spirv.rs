@@ -33,6 +33,7 @@ mod decoration {
     pub const NO_CONTRACTION: u32 = 42;
 }
 
+const STORAGE_CLASS_UNIFORM_CONSTANT: u32 = 0;
 const STORAGE_CLASS_STORAGE_BUFFER: u32 = 12;
 
 /// GLSL.std.450 instructions whose roundings no one states, so that the numeric core may not use
@@ -56,6 +57,8 @@ pub struct Binding {
 pub struct Module {
     /// Storage buffers, by binding number.
     pub bindings: Vec<Binding>,
+    /// Texel buffers, by binding number.
+    pub texels: Vec<u32>,
     /// Byte offsets of struct members, by struct name: (member name, offset).
     pub structs: BTreeMap<String, Vec<(String, u32)>>,
     /// Float arithmetic without `NoContraction`.
@@ -100,6 +103,7 @@ pub fn read(words: &[u32]) -> Result<Module, String> {
     let mut structs: Vec<(u32, usize)> = Vec::new();
     let mut pointers: BTreeMap<u32, u32> = BTreeMap::new();
     let mut variables: Vec<(u32, u32)> = Vec::new();
+    let mut images: Vec<u32> = Vec::new();
     let mut module = Module::default();
     let mut marked: BTreeSet<u32> = BTreeSet::new();
     for (code, o) in instructions(words) {
@@ -109,6 +113,7 @@ pub fn read(words: &[u32]) -> Result<Module, String> {
             op::TYPE_STRUCT => structs.push((o[0], o.len() - 1)),
             32 => drop(pointers.insert(o[0], o[2])),
             op::VARIABLE if o[2] == STORAGE_CLASS_STORAGE_BUFFER => variables.push((o[1], o[0])),
+            op::VARIABLE if o[2] == STORAGE_CLASS_UNIFORM_CONSTANT => images.push(o[1]),
             op::DECORATE if o[1] == decoration::BINDING => drop(bindings.insert(o[0], o[2])),
             op::DECORATE if o[1] == decoration::NO_CONTRACTION => drop(marked.insert(o[0])),
             op::DECORATE => drop(flags.insert((o[0], o[1]))),
@@ -152,6 +157,7 @@ pub fn read(words: &[u32]) -> Result<Module, String> {
         });
     }
     module.bindings.sort_by_key(|b| b.binding);
+    module.texels = images.iter().filter_map(|v| bindings.get(v).copied()).collect();
     Ok(module)
 }
 

@@ -48,6 +48,16 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     return discriminant >= 0.0 && q != 0.0 && t > 0.0;
 }
 
+// False only where `hit_sphere` is false: a line that passes the sphere by. What it starts on and what is
+// in double length is left to the test.
+bool may_hit_sphere(Sphere s, real3 o, real3 d, bool own) {
+    if (defect == DEFECT_NAIVE_QUADRATIC) return true;
+    real3 f = o - s.center;
+    real b = -dot3(f, d);
+    real3 p = f + (b / dot3(d, d)) * d;
+    return own || s.radius < 0.0 || s.radius * s.radius - dot3(p, p) >= 0.0;
+}
+
 // The same for a sphere whose radius f32 cannot tell from its distance, or the other way round
 // (numerics.md, Spheres: local radii outside [2^-14, 2^12]). All in double length; c = |o - p|^2 + 2 r n.(o - p).
 bool hit_wide_sphere(WideSphere s, real3 o, real3 d, bool own, out real t) {

@@ -1,6 +1,6 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
-// spheres. Needs READS(triangles), READS(triangle_infos), READS(spheres), READS(wide_spheres),
-// READS(sphere_infos), READS(nodes), UPDATES(counters).
+// spheres. Needs FETCHES_3(triangles), READS(triangle_infos), FETCHES_1(spheres), READS(wide_spheres),
+// READS(sphere_infos), FETCHES_4(nodes), UPDATES(counters).
 #include "numeric.glsl"
 #include "triangle.glsl"
 #include "sphere.glsl"
@@ -58,13 +58,13 @@ void take_hit(Hit h, real3 lo, real3 hi, TraceRay r, inout Hit best) {
 }
 
 void test_triangle(uint primitive, TraceRay r, inout Hit best) {
-    Triangle t = triangles[primitive];
+    Triangle t = load_triangles(primitive);
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Hit h;
     h.primitive = primitive;
     if (hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v) && primitive != skip) {
         // Only a ray that leaves a surface starts in doubt about a plane.
-        if (robust != 0u && r.skip != NONE && recedes(t, triangle_infos[primitive].geometric, r, h.t)) return;
+        if (robust != 0u && r.skip != NONE && recedes(t, geometric_normal(t), r, h.t)) return;
         real3 lo, hi;
         triangle_box(t, lo, hi);
         take_hit(h, lo, hi, r, best);
@@ -72,7 +72,7 @@ void test_triangle(uint primitive, TraceRay r, inout Hit best) {
 }
 
 void test_sphere(uint primitive, TraceRay r, inout Hit best) {
-    Sphere s = spheres[primitive - triangle_count];
+    Sphere s = load_spheres(primitive - triangle_count);
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Hit h = Hit(0.0, 0.0, 0.0, primitive);
     bool hit;
@@ -90,70 +90,148 @@ void test_sphere(uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
-// No early way out, even where any hit will do: outside all control flow lavapipe loads an address
-// that all lanes share once (lavapipe's figures in ARCHITECTURE.md), and a GPU does not diverge.
-void walk_brute(TraceRay r, inout Hit best) {
+// Shapes of a small scene, i a constant: where `few_known`, numbers in the code.
+#ifdef REAL_IS_DOUBLE
+Triangle few_triangle(uint i) {
+    return triangles[i];
+}
+Sphere few_sphere(uint i) {
+    return spheres[i];
+}
+#else
+real3 few3(uint at) {
+    return real3(FEW[at], FEW[at + 1u], FEW[at + 2u]);
+}
+Triangle few_triangle(uint i) {
+    Triangle t;
+    if (few_known != 0u) {
+        t.a = few3(FEW_ROW * i);
+        t.b = few3(FEW_ROW * i + 3u);
+        t.c = few3(FEW_ROW * i + 6u);
+    } else {
+        t = triangles[i];
+    }
+    return t;
+}
+Sphere few_sphere(uint i) {
+    Sphere s;
+    if (few_known != 0u) {
+        uint at = FEW_ROW * (triangle_count + i);
+        s = Sphere(few3(at), FEW[at + 3u]);
+    } else {
+        s = spheres[i];
+    }
+    return s;
+}
+#endif
+
+// A scene of few primitives: first a filter that is a handful of operations and no branch, written out
+// for each of them, then the whole test for what it lets through. Outside all control flow lavapipe
+// loads an address that all lanes share once, and it runs both sides of a branch (ARCHITECTURE.md,
+// "Figures"); a GPU does not diverge.
+void walk_few(TraceRay r, bool any, inout Hit best) {
+    uint candidates = 0u;
+    [[unroll]] for (uint i = 0u; i < triangle_count; i++) {
+        candidates |= (i != r.skip || defect == DEFECT_NO_IDENTITY) && may_hit_triangle(few_triangle(i), r.origin, r.shear) ? 1u << i : 0u;
+    }
+    [[unroll]] for (uint i = 0u; i < sphere_count; i++) {
+        candidates |= may_hit_sphere(few_sphere(i), r.origin, r.direction, triangle_count + i == r.skip) ? 1u << (triangle_count + i) : 0u;
+    }
+    const uint last_triangle = triangle_count < 32u ? (1u << triangle_count) - 1u : 0xffffffffu;
+    uint left = candidates & last_triangle;
+    while (left != 0u) {
+        test_triangle(findLSB(left), r, best);
+        left = any && best.primitive != NONE ? 0u : left & (left - 1u);
+    }
+    left = any && best.primitive != NONE ? 0u : candidates & ~last_triangle;
+    while (left != 0u) {
+        test_sphere(findLSB(left), r, best);
+        left = any && best.primitive != NONE ? 0u : left & (left - 1u);
+    }
+}
+
+void walk_brute(TraceRay r, bool any, inout Hit best) {
     if (triangle_count + sphere_count <= UNROLL_MAX) {
-        [[unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
-        [[unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
+        walk_few(r, any, best);
     } else {
         [[dont_unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
         [[dont_unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
     }
 }
 
+// False only where the test of a primitive finds no hit.
+bool may_hit(uint primitive, TraceRay r) {
+    bool may = true;
+    // A scene without one kind has no code for it.
+    if (triangle_count != 0u && primitive < triangle_count) {
+        may = primitive != r.skip && may_hit_triangle(load_triangles(primitive), r.origin, r.shear);
+    }
+    if (sphere_count != 0u && primitive >= triangle_count) {
+        may = may_hit_sphere(load_spheres(primitive - triangle_count), r.origin, r.direction, primitive == r.skip);
+    }
+    return may || defect == DEFECT_NO_IDENTITY;
+}
+
+// No node and no leaf: the end of a walk.
+const uint DONE = 0xffffffffu;
+
+// Three loops within one, each as short as can be, so that lanes which have something to do seldom wait
+// for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs",
+// HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes the filter, and
+// the whole test when each lane has one or is done.
 void walk_bvh(TraceRay r, bool any, inout Hit best) {
-    uint stack[STACK_SIZE];
-    real entry[STACK_SIZE];
-    uint top = 0u, steps = 0u;
-    uint current = 0u; // the root is node 0
-    while (true) {
-        if (++steps > loop_cap) {
-            atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
-            return;
-        }
-        if ((current & LEAF_BIT) != 0u) {
-            uint first = current & ((1u << LEAF_FIRST_BITS) - 1u);
-            uint count = ((current & ~LEAF_BIT) >> LEAF_FIRST_BITS) + 1u;
-            for (uint i = 0u; i < count; i++) {
-                steps++;
-                uint primitive = first + i;
-                if (primitive < triangle_count) {
-                    test_triangle(primitive, r, best);
-                } else {
-                    test_sphere(primitive, r, best);
-                }
-            }
-            if (any && best.primitive != NONE) return;
-        } else {
-            Node n = nodes[current];
-            real t0 = enter_box(n.lo_0, n.hi_0, r.origin, r.inverse, best.t);
-            real t1 = enter_box(n.lo_1, n.hi_1, r.origin, r.inverse, best.t);
-            bool in0 = t0 >= 0.0, in1 = t1 >= 0.0;
-            if (in0 || in1) {
+    uint stack[STACK_SIZE + 1u];
+    stack[0] = DONE;
+    uint top = 1u, steps = 0u;
+    uint current = 0u;      // the root is node 0
+    uint at = 0u, end = 0u; // what is left of the leaf in hand
+    while (current != DONE || at < end) {
+        uint candidate = NONE;
+        while (candidate == NONE && (current != DONE || at < end)) {
+            while (at == end && (current & LEAF_BIT) == 0u) {
+                Node n = load_nodes(current);
+                real t0 = enter_box(n.lo_0, n.hi_0, r.origin, r.inverse, best.t);
+                real t1 = enter_box(n.lo_1, n.hi_1, r.origin, r.inverse, best.t);
+                bool in0 = t0 >= 0.0, in1 = t1 >= 0.0;
                 bool first0 = in0 && (!in1 || t0 <= t1);
-                current = first0 ? n.child_0 : n.child_1;
                 if (in0 && in1) {
-                    if (top == (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE)) {
+                    if (top > (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE)) {
                         atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
                     } else {
-                        stack[top] = first0 ? n.child_1 : n.child_0;
-                        entry[top] = first0 ? t1 : t0;
-                        top++;
+                        stack[top++] = first0 ? n.child_1 : n.child_0;
                     }
                 }
-                continue;
+                if (in0 || in1) {
+                    current = first0 ? n.child_0 : n.child_1;
+                } else {
+                    current = stack[--top];
+                }
+                steps++;
             }
+            if (at == end && current != DONE) {
+                at = current & ((1u << LEAF_FIRST_BITS) - 1u);
+                end = at + ((current & ~LEAF_BIT) >> LEAF_FIRST_BITS) + 1u;
+                current = stack[--top];
+            }
+            while (candidate == NONE && at < end) {
+                candidate = may_hit(at, r) ? at : NONE;
+                at++;
+                steps++;
+            }
+            if (steps > loop_cap) break;
         }
-        // Next subtree that a hit nearer than its box has not made pointless.
-        bool found = false;
-        while (top > 0u && !found) {
-            top--;
-            steps++;
-            current = stack[top];
-            found = entry[top] <= best.t * SLAB_GROW;
+        if (steps > loop_cap) {
+            atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
+            break;
         }
-        if (!found) return;
+        if (candidate != NONE) {
+            if (candidate < triangle_count) {
+                test_triangle(candidate, r, best);
+            } else {
+                test_sphere(candidate, r, best);
+            }
+            if (any && best.primitive != NONE) break;
+        }
     }
 }
 
@@ -167,7 +245,7 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
     if (use_bvh != 0u) {
         walk_bvh(r, any, best);
     } else {
-        walk_brute(r, best);
+        walk_brute(r, any, best);
     }
     return best;
 }

@@ -2,6 +2,11 @@
 // Departs from it by not swapping kx and ky (that only flips the sign of all three edge functions)
 // and by deciding a zero edge function exactly with Dekker's product instead of f64.
 
+// As stored: from the corners in f64.
+real3 geometric_normal(Triangle t) {
+    return real3(t.normal_x, t.normal_y, t.normal_z);
+}
+
 // The ray's part of the test: the axes permuted so that kz is the direction's largest, and the shear.
 struct Shear {
     int kz;
@@ -68,4 +73,22 @@ bool hit_triangle(Triangle tri, real3 o, real3 d, Shear s, out real t, out real 
     u = vb / det;
     v = wc / det;
     return inside && det != 0.0 && t > 0.0;
+}
+
+// False only where `hit_triangle` is false: it looks at the signs alone and leaves zeros to the test.
+bool may_hit_triangle(Triangle tri, real3 o, Shear s) {
+    if (defect == DEFECT_MOELLER_TRUMBORE) return true;
+    real3 a = permute(tri.a - o, s.kz), b = permute(tri.b - o, s.kz), c = permute(tri.c - o, s.kz);
+    real ax = a.x - s.sx * a.z, ay = a.y - s.sy * a.z;
+    real bx = b.x - s.sx * b.z, by = b.y - s.sy * b.z;
+    real cx = c.x - s.sx * c.z, cy = c.y - s.sy * c.z;
+    real ua = cx * by - cy * bx;
+    real vb = ax * cy - ay * cx;
+    real wc = bx * ay - by * ax;
+    real low = ua < vb ? ua : vb, high = ua < vb ? vb : ua;
+    low = wc < low ? wc : low;
+    high = wc > high ? wc : high;
+    real scaled = ((ua * a.z + vb * b.z) + wc * c.z) * s.sz;
+    // Ahead, the distance has the sign of the edge functions; a zero among them decides nothing.
+    return (low >= 0.0 && !(scaled <= 0.0 && low > 0.0)) || (high <= 0.0 && !(scaled >= 0.0 && high < 0.0));
 }

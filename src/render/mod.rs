@@ -107,7 +107,7 @@ impl From<PlanError> for RenderError {
 pub struct Renderer {
     device: Rc<Device>,
     /// Kernel variants built so far, by precision and specialisation.
-    variants: BTreeMap<(bool, Vec<u32>), Rc<Pipelines>>,
+    variants: BTreeMap<(bool, Vec<(u32, u32)>), Rc<Pipelines>>,
     arithmetic: SelfTest,
     opened: Duration,
     brute_force: Option<bool>,

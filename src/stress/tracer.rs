@@ -59,8 +59,13 @@ pub struct Twins {
 }
 
 /// lavapipe's limits: the twins take the same plans.
-const TWIN_LIMITS: Limits =
-    Limits { storage_range: 1 << 27, heap: 1 << 31, workgroup_invocations: 1024, is_cpu: true };
+const TWIN_LIMITS: Limits = Limits {
+    storage_range: 1 << 27,
+    heap: 1 << 31,
+    workgroup_invocations: 1024,
+    texel_elements: 1 << 27,
+    is_cpu: true,
+};
 
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {

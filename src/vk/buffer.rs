@@ -4,6 +4,9 @@
 use super::device::Device;
 use super::error::{VkError, call};
 use crate::abi::BUFFERS;
+use crate::kernels::KERNELS;
+use crate::passes::at_depth;
+use crate::plan::TEXEL_BYTES;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
@@ -14,6 +17,8 @@ struct Slot {
     handle: vk::Buffer,
     allocation: Option<Allocation>,
     bytes: u64,
+    /// As texels, for buffers that some kernel reads so.
+    view: vk::BufferView,
 }
 
 /// All buffers of a plan, allocated once.
@@ -37,11 +42,23 @@ impl Buffers {
         for ((name, ..), bytes) in BUFFERS.iter().zip(bytes) {
             buffers.slots.push(allocate(device, name, *bytes, MemoryLocation::GpuOnly)?);
         }
+        let viewed = KERNELS.iter().fold(0u64, |bits, k| bits | k.texels);
+        for (name, _, buffer) in BUFFERS {
+            // At even depths the queues have changed places.
+            if [1, 2].iter().any(|depth| viewed >> at_depth(*buffer, *depth) as u32 & 1 == 1) {
+                let slot = &mut buffers.slots[*buffer as usize];
+                slot.view = view(device, name, slot)?;
+            }
+        }
         Ok(buffers)
     }
 
     pub(super) fn handle(&self, buffer: crate::abi::Buf) -> vk::Buffer {
         self.slots[buffer as usize].handle
+    }
+
+    pub(super) fn view(&self, buffer: crate::abi::Buf) -> vk::BufferView {
+        self.slots[buffer as usize].view
     }
 
     /// Bytes of a buffer.
@@ -71,13 +88,16 @@ impl Buffers {
 
 fn allocate(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -> Result<Slot, VkError> {
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
         | vk::BufferUsageFlags::INDIRECT_BUFFER
         | vk::BufferUsageFlags::TRANSFER_SRC
         | vk::BufferUsageFlags::TRANSFER_DST;
-    let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+    // A texel view needs a whole texel.
+    let padded = bytes.max(TEXEL_BYTES);
+    let info = vk::BufferCreateInfo::default().size(padded).usage(usage);
     // SAFETY: the device is alive; size is not zero (plans round up to one element).
     let handle = unsafe { device.raw.create_buffer(&info, None) }.map_err(call("vkCreateBuffer", name))?;
-    let mut slot = Slot { handle, allocation: None, bytes };
+    let mut slot = Slot { handle, allocation: None, bytes, view: vk::BufferView::null() };
     // SAFETY: the buffer was made by this device.
     let requirements = unsafe { device.raw.get_buffer_memory_requirements(handle) };
     let bound = device
@@ -106,7 +126,21 @@ fn allocate(device: &Device, name: &str, bytes: u64, location: MemoryLocation) -
     }
 }
 
+/// A view in texels of four words, of as much as the device allows: where that is not all, no kernel
+/// is told to read it (`plan`), but one that could must have it bound.
+fn view(device: &Device, name: &str, slot: &Slot) -> Result<vk::BufferView, VkError> {
+    let texels = (slot.bytes / TEXEL_BYTES).min(u64::from(device.limits().texel_elements));
+    let info = vk::BufferViewCreateInfo::default()
+        .buffer(slot.handle)
+        .format(vk::Format::R32G32B32A32_UINT)
+        .range(texels.max(1) * TEXEL_BYTES);
+    // SAFETY: the buffer has its memory, and at least a texel of it (`allocate`).
+    unsafe { device.raw.create_buffer_view(&info, None) }.map_err(call("vkCreateBufferView", name))
+}
+
 fn release(device: &Device, slot: &mut Slot) {
+    // SAFETY: the recorder waits for its submits; null is allowed.
+    unsafe { device.raw.destroy_buffer_view(slot.view, None) };
     // SAFETY: the recorder waits for its submits, so no command uses the buffer any more.
     unsafe { device.raw.destroy_buffer(slot.handle, None) };
     if let Some(allocation) = slot.allocation.take() {

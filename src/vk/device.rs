@@ -202,6 +202,7 @@ impl Candidate {
             workgroup_invocations: limits
                 .max_compute_work_group_invocations
                 .min(limits.max_compute_work_group_size[0]),
+            texel_elements: limits.max_texel_buffer_elements,
             is_cpu: self.properties.device_type == vk::PhysicalDeviceType::CPU,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
-use crate::abi::{BUFFERS, Push, Specialisation};
+use crate::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
 use crate::kernels::{Kernel, KernelCode};
 use ash::vk;
 use std::collections::BTreeMap;
@@ -20,11 +20,18 @@ pub(super) struct Pipeline {
 pub struct Pipelines {
     device: Rc<Device>,
     pipelines: BTreeMap<Kernel, Pipeline>,
+    double: bool,
 }
 
 /// Buffers a kernel touches, in binding order.
 pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
     let used = kernel.code().reads | kernel.code().writes;
+    BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
+}
+
+/// Buffers a kernel may also read as texels, in binding order; none in double precision.
+pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = crate::abi::Buf> {
+    let used = if double { 0 } else { code.texels };
     BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
 }
 
@@ -36,7 +43,7 @@ impl Pipelines {
         specialisation: &Specialisation,
         double: bool,
     ) -> Result<Pipelines, VkError> {
-        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new() };
+        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), double };
         let values = specialisation.values();
         for kernel in kernels {
             let pipeline = build(device, kernel.code(), &values, double)?;
@@ -44,6 +51,11 @@ impl Pipelines {
         }
         device.store_pipeline_cache();
         Ok(all)
+    }
+
+    /// Whether they compute in double precision.
+    pub(super) fn double(&self) -> bool {
+        self.double
     }
 
     pub(super) fn kernels(&self) -> impl Iterator<Item = (Kernel, Pipeline)> {
@@ -55,18 +67,28 @@ impl Pipelines {
     }
 }
 
-fn build(device: &Device, code: &KernelCode, values: &[u32], double: bool) -> Result<Pipeline, VkError> {
+fn build(
+    device: &Device,
+    code: &KernelCode,
+    values: &[(u32, u32)],
+    double: bool,
+) -> Result<Pipeline, VkError> {
     let used = code.reads | code.writes;
-    let bindings: Vec<_> = (0..BUFFERS.len() as u32)
-        .filter(|b| used >> b & 1 == 1)
-        .map(|b| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(b)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::COMPUTE)
-        })
-        .collect();
+    let storage = (0..BUFFERS.len() as u32).filter(|b| used >> b & 1 == 1).map(|b| {
+        vk::DescriptorSetLayoutBinding::default()
+            .binding(b)
+            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+    });
+    let texels = viewed(code, double).map(|buffer| {
+        vk::DescriptorSetLayoutBinding::default()
+            .binding(TEXELS_AT + buffer as u32)
+            .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+    });
+    let bindings: Vec<_> = storage.chain(texels).collect();
     let mut made = Pipeline {
         handle: vk::Pipeline::null(),
         layout: vk::PipelineLayout::null(),
@@ -87,7 +109,7 @@ fn build(device: &Device, code: &KernelCode, values: &[u32], double: bool) -> Re
 fn finish(
     device: &Device,
     code: &KernelCode,
-    values: &[u32],
+    values: &[(u32, u32)],
     double: bool,
     made: &mut Pipeline,
 ) -> Result<(), VkError> {
@@ -104,11 +126,14 @@ fn finish(
     // SAFETY: the module was compiled and checked at build time.
     let module = unsafe { device.raw.create_shader_module(&info, None) }
         .map_err(call("vkCreateShaderModule", code.name))?;
-    let entries: Vec<_> = (0..values.len() as u32)
-        .map(|i| vk::SpecializationMapEntry::default().constant_id(i).offset(4 * i).size(4))
+    let entries: Vec<_> = (values.iter().enumerate())
+        .map(|(i, (id, _))| {
+            vk::SpecializationMapEntry::default().constant_id(*id).offset(4 * i as u32).size(4)
+        })
         .collect();
+    let values: Vec<u32> = values.iter().map(|(_, value)| *value).collect();
     let specialisation =
-        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(values));
+        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module)

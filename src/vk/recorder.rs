@@ -3,8 +3,8 @@
 use super::buffer::Buffers;
 use super::device::Device;
 use super::error::{VkError, call};
-use super::kernel::{Pipelines, bound};
-use crate::abi::{Buf, GROUPS_PER_ROW, Push};
+use super::kernel::{Pipelines, bound, viewed};
+use crate::abi::{Buf, GROUPS_PER_ROW, Push, TEXELS_AT};
 use crate::kernels::{KERNELS, Kernel};
 use crate::passes::{Pass, Size, at_depth};
 use ash::vk;
@@ -117,10 +117,12 @@ impl Recorder {
                 .map_err(call("vkCreateQueryPool", "timestamps"))?;
         }
         let per_parity: usize = KERNELS.iter().map(|k| (k.reads | k.writes).count_ones() as usize).sum();
-        let sizes = [vk::DescriptorPoolSize {
-            ty: vk::DescriptorType::STORAGE_BUFFER,
-            descriptor_count: 2 * per_parity as u32,
-        }];
+        let views: usize = KERNELS.iter().map(|k| k.texels.count_ones() as usize).sum();
+        let size = |ty, count: usize| vk::DescriptorPoolSize { ty, descriptor_count: 2 * count as u32 };
+        let sizes = [
+            size(vk::DescriptorType::STORAGE_BUFFER, per_parity),
+            size(vk::DescriptorType::UNIFORM_TEXEL_BUFFER, views),
+        ];
         let info =
             vk::DescriptorPoolCreateInfo::default().max_sets(2 * KERNELS.len() as u32).pool_sizes(&sizes);
         // SAFETY: `info` lives through the call.
@@ -149,6 +151,16 @@ impl Recorder {
                         .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
                         .buffer_info(&range)];
                     // SAFETY: set and buffer are alive and not in use.
+                    unsafe { raw.update_descriptor_sets(&write, &[]) };
+                }
+                for buffer in viewed(kernel.code(), pipelines.double()) {
+                    let view = [buffers.view(at_depth(buffer, parity as u32 + 1))];
+                    let write = [vk::WriteDescriptorSet::default()
+                        .dst_set(*set)
+                        .dst_binding(TEXELS_AT + buffer as u32)
+                        .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
+                        .texel_buffer_view(&view)];
+                    // SAFETY: set and view are alive and not in use.
                     unsafe { raw.update_descriptor_sets(&write, &[]) };
                 }
             }

@@ -263,6 +263,12 @@ fn spicy(rng: &mut Rng) -> [f32; 3] {
     }
 }
 
+fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Triangle {
+    let [x, y, z] = [a, b, c].map(|v| v.as_dvec3());
+    let n = (y - x).cross(z - x).normalize_or(DVec3::Z).as_vec3();
+    Triangle { a: a.into(), normal_x: n.x, b: b.into(), normal_y: n.y, c: c.into(), normal_z: n.z }
+}
+
 /// Triangles and spheres of many sizes, some sharing edges, some in the coordinate planes.
 fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     let mut triangles: Vec<Triangle> = Vec::new();
@@ -274,15 +280,16 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         match triangles.len() % 4 {
             // Two that share an edge, as a mesh's do.
             0 => {
-                triangles.push(Triangle { a: a.into(), b: b.into(), c: c.into() });
-                triangles.push(Triangle { a: c.into(), b: b.into(), c: (b + c - a).into() });
+                triangles.push(triangle(a, b, c));
+                triangles.push(triangle(c, b, b + c - a));
             }
             // In a coordinate plane, with corners that f32 holds exactly.
             2 => {
                 let z = 0.25 * rng.below(4) as f32;
-                triangles.push(Triangle { a: [-0.5, -0.5, z], b: [0.5, -0.5, z], c: [-0.5, 0.5, z] });
+                let corner = |x, y| Vec3::new(x, y, z);
+                triangles.push(triangle(corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)));
             }
-            _ => triangles.push(Triangle { a: a.into(), b: b.into(), c: c.into() }),
+            _ => triangles.push(triangle(a, b, c)),
         }
     }
     triangles.truncate(v.triangles as usize);
@@ -312,10 +319,9 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .iter()
         .zip(&m.triangles)
         .map(|(id, t)| {
-            let [a, b, c] = [t.a, t.b, t.c].map(|c| Vec3::from(c).as_dvec3());
-            let normal = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3().to_array();
+            let normal = [t.normal_x, t.normal_y, t.normal_z];
             let (material, solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
-            TriangleInfo { normal, geometric: normal, material, solid, id: *id, inner_edges: *id % 4 }
+            TriangleInfo { normal, pad: 0.0, material, solid, id: *id, inner_edges: *id % 4 }
         })
         .collect();
     m.sphere_infos = of_spheres
@@ -353,7 +359,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .triangle_infos
         .iter()
         .map(|info| {
-            let n = Vec3::from(info.geometric);
+            let n = Vec3::from(info.normal);
             let mut lean = || (n + 0.7 * Vec3::from(rng.vector())).normalize_or(n).to_array();
             let (a, b, c) = (lean(), lean(), lean());
             match info.id % 4 {
@@ -436,5 +442,6 @@ fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
         throughput: rng.vector().map(f32::abs),
         slot,
         skip,
+        pad: 0,
     }
 }

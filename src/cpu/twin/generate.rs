@@ -20,9 +20,10 @@ fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], s
     Ray {
         origin: (Real3::from(c.origin) + c.advance * lateral).into(),
         direction: safe_normalize(Real3::from(c.forward) + lateral).into(),
-        throughput: Vec3::ONE.into(),
         slot,
         skip: NONE,
+        throughput: Vec3::ONE.into(),
+        pad: 0,
     }
 }
 

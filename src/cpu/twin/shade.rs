@@ -47,7 +47,7 @@ impl Scene<'_> {
             p = triangle_point(&self.triangles[at], info, h.u, h.v, self.spec.robust != 0);
             if self.spec.smooth_normals != 0 {
                 let flat = info.normal.into();
-                p.normal = smooth_normal(&self.corner_normals[at], flat, info.geometric.into(), h.u, h.v);
+                p.normal = smooth_normal(&self.corner_normals[at], flat, p.geometric, h.u, h.v);
             }
             (s.material, s.solid) = (info.material, info.solid);
         } else {

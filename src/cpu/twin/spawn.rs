@@ -76,9 +76,10 @@ pub fn spawn(
         let child = |w: Real3, weight: f32| Ray {
             origin: spawn_origin(position, offset, w, fixed, shift).into(),
             direction: w.into(),
-            throughput: (weight * throughput).into(),
             slot,
             skip,
+            throughput: (weight * throughput).into(),
+            pad: 0,
         };
         let inside = &media[i * capacity..(i + 1) * capacity];
         let mut to = (offsets[i / spec.workgroup as usize] + (s.flags >> PREFIX_SHIFT)) as usize;

@@ -46,7 +46,7 @@ fn inset(e1: Real3, e2: Real3, by: Real, inner_edges: u32, (mut u, mut v): (Real
 pub fn triangle_point(t: &Triangle, info: &TriangleInfo, u: Real, v: Real, robust: bool) -> Point {
     let a = Real3::from(t.a);
     let (e1, e2) = (Real3::from(t.b) - a, Real3::from(t.c) - a);
-    let geometric = Real3::from(info.geometric);
+    let geometric = Real3::new(t.normal_x, t.normal_y, t.normal_z);
     let (m1, m2, m3) = (max_component(e1), max_component(e2), max_component(e2 - e1));
     let extent = if m1 > m2 { m1 } else { m2 };
     let extent = if m3 > extent { m3 } else { extent };

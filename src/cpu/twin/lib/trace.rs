@@ -95,7 +95,7 @@ impl Shapes<'_> {
         let triangle = &self.triangles[primitive as usize];
         let (hit, t, u, v) = hit_triangle(triangle, r.origin, &r.shear, self.spec.robust != 0);
         if hit && primitive != r.skip {
-            let normal = self.triangle_infos[primitive as usize].geometric.into();
+            let normal = Real3::new(triangle.normal_x, triangle.normal_y, triangle.normal_z);
             if self.spec.robust != 0 && r.skip != NONE && recedes(triangle, normal, r, t) {
                 return;
             }

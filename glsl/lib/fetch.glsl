@@ -1,0 +1,56 @@
+// Elements of buffers that each invocation looks up at an address of its own: from the texel view where
+// `texels` says so (src/plan.rs), else from the storage buffer; the same bits either way. Views are of
+// unsigned words: a float format might flush what is not a normal number. Define nothing before
+// including it; then FETCHES_n(x) in place of READS(x), n = texels of an element.
+
+#ifdef REAL_IS_DOUBLE
+#define FETCHES_1(x) READS(x) ELEMENT_##x load_##x(uint i) { return x[i]; }
+#define FETCHES_2(x) FETCHES_1(x)
+#define FETCHES_3(x) FETCHES_1(x)
+#define FETCHES_4(x) FETCHES_1(x)
+#else
+#define FETCHES(x, unpacked) READS(x) TEXELS(x) ELEMENT_##x load_##x(uint i) { \
+    ELEMENT_##x v; \
+    if (texels != 0u) unpacked; else v = x[i]; \
+    return v; \
+}
+#define TEXEL(x, n, k) texelFetch(x##_texels, int(i * n + k))
+#define FETCHES_1(x) FETCHES(x, unpack(TEXEL(x, 1u, 0u), v))
+#define FETCHES_2(x) FETCHES(x, unpack(TEXEL(x, 2u, 0u), TEXEL(x, 2u, 1u), v))
+#define FETCHES_3(x) FETCHES(x, unpack(TEXEL(x, 3u, 0u), TEXEL(x, 3u, 1u), TEXEL(x, 3u, 2u), v))
+#define FETCHES_4(x) FETCHES(x, unpack(TEXEL(x, 4u, 0u), TEXEL(x, 4u, 1u), TEXEL(x, 4u, 2u), TEXEL(x, 4u, 3u), v))
+
+float number(uint word) {
+    return uintBitsToFloat(word);
+}
+vec3 numbers(uint x, uint y, uint z) {
+    return vec3(number(x), number(y), number(z));
+}
+void unpack(uvec4 a, uvec4 b, uvec4 c, out Triangle v) {
+    v = Triangle(numbers(a.x, a.y, a.z), number(a.w), numbers(b.x, b.y, b.z), number(b.w), numbers(c.x, c.y, c.z), number(c.w));
+}
+void unpack(uvec4 a, uvec4 b, out TriangleInfo v) {
+    v = TriangleInfo(numbers(a.x, a.y, a.z), number(a.w), b.x, b.y, b.z, b.w);
+}
+void unpack(uvec4 a, out Sphere v) {
+    v = Sphere(numbers(a.x, a.y, a.z), number(a.w));
+}
+void unpack(uvec4 a, out SphereInfo v) {
+    v = SphereInfo(a.x, a.y, a.z, a.w);
+}
+void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, out Node v) {
+    v = Node(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), numbers(b.z, b.w, c.x), numbers(c.y, c.z, c.w), d.x, d.y, d.z, d.w);
+}
+void unpack(uvec4 a, uvec4 b, out Material v) {
+    v = Material(numbers(a.x, a.y, a.z), number(a.w), number(b.x), number(b.y), b.z, number(b.w));
+}
+void unpack(uvec4 a, uvec4 b, uvec4 c, out Ray v) {
+    v = Ray(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), b.z, b.w, numbers(c.x, c.y, c.z), c.w);
+}
+void unpack(uvec4 a, out Hit v) {
+    v = Hit(number(a.x), number(a.y), number(a.z), a.w);
+}
+void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, out Surface v) {
+    v = Surface(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), numbers(b.z, b.w, c.x), number(c.y), number(c.z), c.w, d.x, d.y, d.z, number(d.w));
+}
+#endif
