@@ -8,6 +8,7 @@ pub mod generate;
 pub mod render;
 mod state;
 pub mod stress;
+pub mod sweep;
 
 use crate::cli::{Cli, Command};
 use crate::scene::{self, Scene};
@@ -23,8 +24,18 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
+        Command::Sweep(args) => sweep::run(args, &mut Console::new(args.verbosity)),
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
+}
+
+/// The command line as it was given.
+fn command_line() -> String {
+    let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
+    std::iter::once("whitted".to_owned())
+        .chain(std::env::args().skip(1).map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Reads a scene; also the seconds that took.

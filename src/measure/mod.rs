@@ -3,3 +3,4 @@
 pub mod metrics;
 pub mod samples;
 pub mod stats;
+pub mod sweep;

@@ -1,0 +1,156 @@
+//! One object a row: a point, timed and judged, under the names of the render report.
+
+use super::point::Words;
+use crate::measure::metrics::{Metrics, Rgb, SizeMismatch, compare};
+use crate::measure::stats::quartiles;
+use crate::report::{
+    Counters, DeviceInfo, ImageInfo, PassInfo, PlanInfo, ProgramInfo, RayInfo, Report, SceneInfo, SettingsInfo,
+    TimeInfo,
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Seconds that were measured more than once.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Half of the values lie below.
+    pub median: f64,
+    /// Width of their middle half.
+    pub iqr: f64,
+}
+
+impl Spread {
+    /// Of `values`; zero if there are none.
+    pub fn of(values: &[f64]) -> Spread {
+        quartiles(values).map_or(Spread::default(), |q| Spread { median: q.median, iqr: q.range() })
+    }
+}
+
+/// How often and how long.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Renders behind the figures, the warm-up not among them; 1 is a long point's only one.
+    pub repeats: u32,
+    /// The passes' device time, seconds.
+    pub device: Spread,
+    /// From the first submit to the last pixel on the host, seconds.
+    pub render: Spread,
+}
+
+/// How far a point is from the truth, in linear light clamped to [0, 1].
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorInfo {
+    /// What `total` is: `rmse`.
+    pub kind: String,
+    /// Root mean square over all channels.
+    pub total: f64,
+    /// Of that, what more samples would take away.
+    pub sampling: Option<f64>,
+    /// What infinitely many samples would leave: depth, cutoff, precision, origin, Fresnel law, spheres.
+    pub limit: Option<f64>,
+    /// Standard error of the truth that it was judged by.
+    pub truth: f64,
+    /// Share of the throughput that the truth itself cuts.
+    pub truth_cut: f64,
+    /// All of the figures.
+    #[serde(flatten)]
+    pub metrics: Metrics,
+}
+
+/// A point, timed and judged.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Row {
+    /// Of all that the image and its time depend on.
+    pub key: String,
+    /// The swept values, for people.
+    pub name: String,
+    /// Program.
+    pub program: ProgramInfo,
+    /// Device.
+    pub device: DeviceInfo,
+    /// Scene as rendered.
+    pub scene: SceneInfo,
+    /// Settings in force.
+    pub settings: SettingsInfo,
+    /// All that a sweep can vary.
+    pub point: Words,
+    /// The plan.
+    pub plan: PlanInfo,
+    /// Of the render with the median time; `device` and `render` are the medians themselves.
+    pub time: TimeInfo,
+    /// Medians and their spread.
+    pub measured: Measured,
+    /// Rays traced.
+    pub rays: RayInfo,
+    /// Of the last render.
+    pub passes: Vec<PassInfo>,
+    /// Things that ought not to happen.
+    pub counters: Counters,
+    /// Warnings.
+    pub warnings: Vec<String>,
+    /// Picture and hash.
+    pub image: ImageInfo,
+    /// Missing until it is judged.
+    pub error: Option<ErrorInfo>,
+    /// 1 / (mean square error * render seconds).
+    pub efficiency: Option<f64>,
+    /// True if no other point is both faster and better.
+    pub on_front: bool,
+}
+
+impl Row {
+    /// A row of what was rendered; not judged.
+    pub fn new(key: String, name: String, point: Words, report: Report, measured: Measured) -> Row {
+        let Report { program, device, scene, settings, plan, time, rays, passes, counters, warnings, image } =
+            report;
+        let time = TimeInfo { device: measured.device.median, render: measured.render.median, ..time };
+        Row {
+            key,
+            name,
+            program,
+            device,
+            scene,
+            settings,
+            point,
+            plan,
+            time,
+            measured,
+            rays,
+            passes,
+            counters,
+            warnings,
+            image,
+            ..Row::default()
+        }
+    }
+
+    /// Seconds of a render.
+    pub fn seconds(&self) -> f64 {
+        self.measured.render.median
+    }
+
+    /// The error to plot, if there is one.
+    pub fn rmse(&self) -> Option<f64> {
+        self.error.as_ref().map(|e| e.total)
+    }
+}
+
+/// Judges an image. `truth_error` is the truth's standard error, `truth_cut` what it cuts, `limit` what
+/// infinitely many samples would leave.
+///
+/// # Errors
+/// If the images have different sizes.
+pub fn judge<A: Rgb>(
+    image: &[A],
+    truth: &[DVec3],
+    truth_error: f64,
+    truth_cut: f64,
+    limit: Option<f64>,
+) -> Result<ErrorInfo, SizeMismatch> {
+    let metrics = compare(image, truth)?;
+    let total = metrics.rmse;
+    // The truth's noise is independent of the image's, so their squares add up.
+    let sampling = limit.map(|l| (total * total - l * l - truth_error * truth_error).max(0.0).sqrt());
+    Ok(ErrorInfo { kind: "rmse".into(), total, sampling, limit, truth: truth_error, truth_cut, metrics })
+}
