@@ -31,6 +31,7 @@ pub mod probe;
 pub mod report;
 pub mod sampler;
 pub mod cpu;
+mod plot;
 pub mod stress;
 pub mod measure;
 pub mod image;

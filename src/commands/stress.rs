@@ -1,7 +1,7 @@
 //! `whitted stress`.
 
-use super::console::{Console, print};
 use super::command_line;
+use super::console::{Console, print};
 use super::failure::Failure;
 use crate::cli::StressArgs;
 use crate::render::Renderer;

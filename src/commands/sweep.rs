@@ -94,7 +94,10 @@ fn text(record: &Record) -> String {
         ]);
     }
     let truth = record.truth.as_ref().map_or(String::new(), |t| {
-        format!("truth's own standard error {:.1e}, throughput cut {:.1e}\n", t.standard_error, t.cut_throughput)
+        format!(
+            "truth's own standard error {:.1e}, throughput cut {:.1e}\n",
+            t.standard_error, t.cut_throughput
+        )
     });
     format!("{front}\n{cheapest}\n{truth}")
 }

@@ -24,7 +24,10 @@ pub const AXES: [(&str, &str); 9] = [
     ("precision", "fast, robust, f64, or all"),
     ("origin", "bound, fixed:X in metres, or a range such as fixed:1e-6..1 (two a decade)"),
     ("seed", "whole numbers from 0, or a range such as 0..7 (all in it)"),
-    ("fresnel", "scene, exact, schlick, constant:F with F from 0 to 1, or all (exact, schlick, constant:0.5)"),
+    (
+        "fresnel",
+        "scene, exact, schlick, constant:F with F from 0 to 1, or all (exact, schlick, constant:0.5)",
+    ),
     ("spheres", "analytic, or mesh:N with N from 1 to 256 (20 N^2 triangles a sphere)"),
 ];
 
@@ -66,9 +69,9 @@ impl FromStr for Axis {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Axis, String> {
-        let (name, list) = text
-            .split_once('=')
-            .ok_or_else(|| format!("write an axis and its values, such as samples=1..64; the axes are\n{}", listing()))?;
+        let (name, list) = text.split_once('=').ok_or_else(|| {
+            format!("write an axis and its values, such as samples=1..64; the axes are\n{}", listing())
+        })?;
         let Some((name, rule)) = AXES.iter().find(|(known, _)| *known == name) else {
             return Err(format!("there is no axis `{name}`; the axes are\n{}", listing()));
         };
@@ -105,9 +108,9 @@ fn values(axis: &str, word: &str) -> Option<Vec<Value>> {
         "sampler" if word == "all" => Some(Sampler::ALL.map(Value::Sampler).to_vec()),
         "sampler" => one(Value::Sampler(word.parse().ok()?)),
         "cutoff" => one(Value::Cutoff(crate::cli::cutoff(word).ok()?)),
-        "precision" if word == "all" => Some(
-            [Precision::Fast, Precision::Robust, Precision::Double].map(Value::Precision).to_vec(),
-        ),
+        "precision" if word == "all" => {
+            Some([Precision::Fast, Precision::Robust, Precision::Double].map(Value::Precision).to_vec())
+        }
         "precision" => one(Value::Precision(crate::cli::precision(word).ok()?)),
         "origin" => match word.strip_prefix("fixed:").and_then(|r| r.split_once("..")) {
             Some((low, high)) => epsilons(low, high),
@@ -126,7 +129,10 @@ fn values(axis: &str, word: &str) -> Option<Vec<Value>> {
                 _ => None,
             };
             match word {
-                "all" => ["exact", "schlick", "constant:0.5"].map(|w| law(w).map(Value::Fresnel)).into_iter().collect(),
+                "all" => ["exact", "schlick", "constant:0.5"]
+                    .map(|w| law(w).map(Value::Fresnel))
+                    .into_iter()
+                    .collect(),
                 word => one(Value::Fresnel(law(word)?)),
             }
         }
@@ -255,7 +261,14 @@ mod tests {
     #[test]
     fn epsilons_are_two_a_decade() {
         let fixed = |x| Value::Origin(Origin::Fixed(x));
-        let want = [Value::Origin(Origin::Bound), fixed(0.001), fixed(0.00316), fixed(0.01), fixed(0.0316), fixed(0.1)];
+        let want = [
+            Value::Origin(Origin::Bound),
+            fixed(0.001),
+            fixed(0.00316),
+            fixed(0.01),
+            fixed(0.0316),
+            fixed(0.1),
+        ];
         assert_eq!(axis("origin=bound,fixed:1e-3..0.1").values, want);
     }
 
@@ -265,10 +278,31 @@ mod tests {
         assert!(error("sample=1").contains("samples=") && error("sample=1").contains("no axis `sample`"));
         assert!(error("samples").contains("such as samples=1..64"));
         for bad in [
-            "samples=", "samples=0", "samples=8..4", "samples=all", "samples=1..", "samples=1..2..3", "samples=-1",
-            "samples=99999999", "sampler=halton", "depth=0", "depth=0..3", "depth=2000", "cutoff=1", "cutoff=NaN",
-            "precision=double", "origin=fixed:", "origin=fixed:-1", "origin=fixed:1..0.1", "origin=fixed:0..1",
-            "seed=x", "seed=5..1", "fresnel=constant", "fresnel=constant:2", "spheres=mesh:0", "spheres=mesh",
+            "samples=",
+            "samples=0",
+            "samples=8..4",
+            "samples=all",
+            "samples=1..",
+            "samples=1..2..3",
+            "samples=-1",
+            "samples=99999999",
+            "sampler=halton",
+            "depth=0",
+            "depth=0..3",
+            "depth=2000",
+            "cutoff=1",
+            "cutoff=NaN",
+            "precision=double",
+            "origin=fixed:",
+            "origin=fixed:-1",
+            "origin=fixed:1..0.1",
+            "origin=fixed:0..1",
+            "seed=x",
+            "seed=5..1",
+            "fresnel=constant",
+            "fresnel=constant:2",
+            "spheres=mesh:0",
+            "spheres=mesh",
             "samples=1,,2",
         ] {
             assert!(error(bad).contains(": write "), "{bad}: {}", error(bad));

@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub mod axes;
+pub mod page;
 pub mod point;
 pub mod record;
 pub mod row;

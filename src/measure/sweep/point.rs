@@ -183,7 +183,8 @@ impl Words {
 
 fn meshed(sphere: &Sphere, frequency: u32) -> Mesh {
     let unit = displaced_sphere(frequency, 0.0, 0);
-    let face = |corners: [u32; 3]| Face { vertices: corners, normals: Some(corners), material: sphere.material };
+    let face =
+        |corners: [u32; 3]| Face { vertices: corners, normals: Some(corners), material: sphere.material };
     Mesh {
         name: format!("sphere of {} triangles", unit.faces.len()),
         vertices: unit.vertices.iter().map(|v| sphere.center + *v * sphere.radius).collect(),

@@ -94,7 +94,9 @@ impl Record {
                 self.height.to_string(),
                 m.repeats.to_string(),
             ];
-            cells.extend([m.render.median, m.render.iqr, m.device.median, m.device.iqr].map(|x| x.to_string()));
+            cells.extend(
+                [m.render.median, m.render.iqr, m.device.median, m.device.iqr].map(|x| x.to_string()),
+            );
             cells.extend([r.primary, r.reflection, r.refraction, r.shadow].map(|n| n.to_string()));
             let maybe = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
             match &row.error {

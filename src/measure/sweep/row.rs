@@ -4,8 +4,8 @@ use super::point::Words;
 use crate::measure::metrics::{Metrics, Rgb, SizeMismatch, compare};
 use crate::measure::stats::quartiles;
 use crate::report::{
-    Counters, DeviceInfo, ImageInfo, PassInfo, PlanInfo, ProgramInfo, RayInfo, Report, SceneInfo, SettingsInfo,
-    TimeInfo,
+    Counters, DeviceInfo, ImageInfo, PassInfo, PlanInfo, ProgramInfo, RayInfo, Report, SceneInfo,
+    SettingsInfo, TimeInfo,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,6 @@
 //! The work of a sweep: render and time what is missing, make the truth good enough, judge.
 
+use super::page;
 use super::point::{Law, Point};
 use super::record::Record;
 use super::row::{Measured, Row, Spread, judge};
@@ -66,7 +67,7 @@ pub trait Watch {
     fn say(&mut self, line: &str);
 }
 
-/// Runs a sweep and writes `sweep.json`, `sweep.csv`, the truth and the pictures. After an error the rows
+/// Runs a sweep and writes `sweep.json`, `sweep.csv`, the page, the truth and the pictures. After an error the rows
 /// finished so far are in the files.
 ///
 /// # Errors
@@ -81,6 +82,7 @@ pub fn run(renderer: &mut Renderer, plan: &Plan, watch: &mut dyn Watch) -> Resul
     work.limits(renderer, &mut record, watch)?;
     work.judge(&mut record, &truth)?;
     work.save(&mut record)?;
+    page::write(&plan.folder, &record, &truth.linear())?;
     Ok(record)
 }
 
@@ -134,7 +136,8 @@ impl<'a> Work<'a> {
             there
         });
         let program = ProgramInfo::default();
-        if record.scene_sha256 != self.scene_hash || record.device != self.device || record.program != program {
+        if record.scene_sha256 != self.scene_hash || record.device != self.device || record.program != program
+        {
             record.limits.clear();
             record.truth = None;
         }
@@ -214,10 +217,8 @@ impl<'a> Work<'a> {
             ));
             record.rows.push(row);
             // All rows, those not yet reached again too, so that an end by force loses none.
-            let whole = Record {
-                rows: record.rows.iter().chain(&earlier).cloned().collect(),
-                ..record.clone()
-            };
+            let whole =
+                Record { rows: record.rows.iter().chain(&earlier).cloned().collect(), ..record.clone() };
             self.write_json(&whole)?;
         }
         Ok(())
@@ -311,7 +312,8 @@ impl<'a> Work<'a> {
             // The oracle does not say what it cuts; it goes as deep as any truth.
             return Ok((DEEPEST, f64::NAN));
         }
-        let deepest = self.plan.points.iter().map(|p| p.depth).max().unwrap_or(1).max(self.plan.scene.render.depth);
+        let deepest =
+            self.plan.points.iter().map(|p| p.depth).max().unwrap_or(1).max(self.plan.scene.render.depth);
         let mut depth = deepest.max(8);
         loop {
             let mut tracer = self.tracer(renderer, &self.truth_settings(depth))?;
@@ -489,7 +491,8 @@ impl<'a> Work<'a> {
         record.conclude(&self.plan.errors);
         self.write_json(record)?;
         let path = self.path("sweep.csv");
-        atomic_file::write(&path, |out| out.write_all(record.csv().as_bytes())).map_err(SweepError::file(&path))
+        atomic_file::write(&path, |out| out.write_all(record.csv().as_bytes()))
+            .map_err(SweepError::file(&path))
     }
 
     fn write_json(&self, record: &Record) -> Result<(), SweepError> {

@@ -72,12 +72,7 @@ impl Truth {
     /// No sample yet.
     pub fn new(identity: Identity, cut: f64) -> Truth {
         let pixels = identity.width as usize * identity.height as usize;
-        Truth {
-            identity,
-            cut,
-            sums: vec![[0.0; 3]; pixels * REPLICATES as usize],
-            counts: vec![0; pixels],
-        }
+        Truth { identity, cut, sums: vec![[0.0; 3]; pixels * REPLICATES as usize], counts: vec![0; pixels] }
     }
 
     /// Mean of each pixel, linear RGB, unclamped.
@@ -266,9 +261,8 @@ pub fn limit_error(a: &Traced, b: &Traced, samples: u32) -> f64 {
     let mut channels = 0u64;
     for (a, b) in a.sums.chunks(replicates).zip(b.sums.chunks(replicates)) {
         for c in 0..3 {
-            let shown = |s: &[[f64; 3]]| {
-                (s.iter().map(|s| s[c]).sum::<f64>() / f64::from(samples)).clamp(0.0, 1.0)
-            };
+            let shown =
+                |s: &[[f64; 3]]| (s.iter().map(|s| s[c]).sum::<f64>() / f64::from(samples)).clamp(0.0, 1.0);
             let differences = a.iter().zip(b).map(|(a, b)| (a[c] - b[c]) / each);
             let difference = shown(a) - shown(b);
             square += difference * difference - mean_and_variance(differences).1.min(difference * difference);
