@@ -299,6 +299,10 @@ pub struct SweepArgs {
     #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 4096)]
     pub truth_samples: u32,
 
+    /// Judge by the oracle on the CPU, which shares only the sampler with the kernels, also where the device has f64; slow
+    #[arg(long)]
+    pub oracle: bool,
+
     /// Forget what an earlier sweep left in DIR
     #[arg(long)]
     pub fresh: bool,

@@ -38,6 +38,7 @@ pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
         truth_samples: args.truth_samples,
         errors: args.error.clone(),
         command: command_line(),
+        oracle: args.oracle,
         fresh: args.fresh,
     };
     let record = sweep(&mut renderer, &plan, &mut Shown(console)).map_err(|error| match error {
@@ -94,10 +95,8 @@ fn text(record: &Record) -> String {
         ]);
     }
     let truth = record.truth.as_ref().map_or(String::new(), |t| {
-        format!(
-            "truth's own standard error {:.1e}, throughput cut {:.1e}\n",
-            t.standard_error, t.cut_throughput
-        )
+        let cut = t.cut_throughput.map_or("unknown".into(), |c| format!("{c:.1e}"));
+        format!("truth's own standard error {:.1e}, throughput cut {cut}\n", t.standard_error)
     });
     format!("{front}\n{cheapest}\n{truth}")
 }

@@ -28,6 +28,33 @@ fn factor(size: f64) -> i32 {
     ((size / LINE / f64::from(GLYPH)).floor() as i32).max(1)
 }
 
+/// A letter, as wide as its ink: plotters lays text out for a proportional font.
+struct Glyph {
+    rows: [u8; GLYPH as usize],
+    /// First column with ink.
+    first: i32,
+    /// To the next letter.
+    advance: i32,
+}
+
+impl Glyph {
+    fn of(letter: char) -> Glyph {
+        let rows = BASIC_FONTS.get(letter).or_else(|| LATIN_FONTS.get(letter)).or(BASIC_FONTS.get('?'));
+        let rows = rows.unwrap_or_default();
+        let ink = rows.iter().fold(0, |all, row| all | row);
+        if ink == 0 {
+            return Glyph { rows, first: 0, advance: GLYPH / 2 };
+        }
+        let (first, last) = (ink.trailing_zeros() as i32, 7 - ink.leading_zeros() as i32);
+        Glyph { rows, first, advance: last - first + 2 }
+    }
+}
+
+/// Of a text before enlarging.
+fn length(text: &str) -> i32 {
+    text.chars().map(|letter| Glyph::of(letter).advance).sum()
+}
+
 type Done = Result<(), DrawingErrorKind<Infallible>>;
 
 impl DrawingBackend for Raster<'_> {
@@ -59,7 +86,7 @@ impl DrawingBackend for Raster<'_> {
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
         let k = factor(style.size());
-        let (width, height) = (text.chars().count() as i32 * GLYPH * k, GLYPH * k);
+        let (width, height) = (length(text) * k, GLYPH * k);
         let dx = match style.anchor().h_pos {
             HPos::Left => 0,
             HPos::Center => -width / 2,
@@ -70,18 +97,20 @@ impl DrawingBackend for Raster<'_> {
             VPos::Center => -height / 2,
             VPos::Bottom => -height,
         };
-        for (place, letter) in (0i32..).zip(text.chars()) {
-            let glyph = BASIC_FONTS.get(letter).or_else(|| LATIN_FONTS.get(letter)).or(BASIC_FONTS.get('?'));
-            for (row, bits) in (0i32..).zip(glyph.unwrap_or_default()) {
+        let mut left = dx;
+        for letter in text.chars() {
+            let glyph = Glyph::of(letter);
+            for (row, bits) in (0i32..).zip(glyph.rows) {
                 for column in (0..GLYPH).filter(|column| bits >> column & 1 == 1) {
                     for dot in 0..k * k {
-                        let x = dx + (place * GLYPH + column) * k + dot % k;
+                        let x = left + (column - glyph.first) * k + dot % k;
                         let y = dy + row * k + dot / k;
                         let (x, y) = style.transform().transform(x, y);
                         self.draw_pixel((at.0 + x, at.1 + y), style.color())?;
                     }
                 }
             }
+            left += glyph.advance * k;
         }
         Ok(())
     }
@@ -91,7 +120,7 @@ impl DrawingBackend for Raster<'_> {
         text: &str,
         style: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
-        let side = (GLYPH * factor(style.size())) as u32;
-        Ok((text.chars().count() as u32 * side, side))
+        let k = factor(style.size());
+        Ok(((length(text) * k) as u32, (GLYPH * k) as u32))
     }
 }

@@ -57,7 +57,11 @@ impl Doubling {
     }
 }
 
-/// The (time, error) pairs that no other beats in both; by time. Of equal pairs the first counts.
+/// An error lower by less than this share is not lower.
+const SAME: f64 = 0.01;
+
+/// The (time, error) pairs that no other beats in both; by time. Of equal pairs the first counts, and a
+/// slower one has to be better by [`SAME`].
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|i| points[*i].0.is_finite() && points[*i].1.is_finite()).collect();
@@ -67,8 +71,10 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     });
     let mut best = f64::INFINITY;
     order.retain(|i| {
-        let better = points[*i].1 < best;
-        best = best.min(points[*i].1);
+        let better = points[*i].1 < best * (1.0 - SAME) || (best > 0.0 && points[*i].1 == 0.0);
+        if better {
+            best = points[*i].1;
+        }
         better
     });
     order
@@ -193,6 +199,8 @@ mod tests {
         let points = [(1.0, 5.0), (2.0, 3.0), (2.0, 4.0), (3.0, 3.0), (4.0, 1.0), (0.5, f64::NAN)];
         assert_eq!(front(&points), [0, 1, 4]);
         assert_eq!(front(&[]), [0; 0]);
+        // Slower for next to nothing is not on it; little by little is.
+        assert_eq!(front(&[(1.0, 1.0), (2.0, 0.995), (3.0, 0.985)]), [0, 2]);
         // A point that is better and faster than all clears the rest away.
         assert_eq!(front(&[(1.0, 5.0), (2.0, 3.0), (0.1, 0.1)]), [2]);
     }

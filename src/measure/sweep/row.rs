@@ -50,8 +50,10 @@ pub struct ErrorInfo {
     pub limit: Option<f64>,
     /// Standard error of the truth that it was judged by.
     pub truth: f64,
-    /// Share of the throughput that the truth itself cuts.
-    pub truth_cut: f64,
+    /// Root mean square difference from the picture of the same settings in f64, if the sweep has it.
+    pub rounding: Option<f64>,
+    /// Share of the throughput that the truth itself cuts, if it is known.
+    pub truth_cut: Option<f64>,
     /// All of the figures.
     #[serde(flatten)]
     pub metrics: Metrics,
@@ -145,12 +147,44 @@ pub fn judge<A: Rgb>(
     image: &[A],
     truth: &[DVec3],
     truth_error: f64,
-    truth_cut: f64,
+    truth_cut: Option<f64>,
     limit: Option<f64>,
 ) -> Result<ErrorInfo, SizeMismatch> {
     let metrics = compare(image, truth)?;
     let total = metrics.rmse;
     // The truth's noise is independent of the image's, so their squares add up.
     let sampling = limit.map(|l| (total * total - l * l - truth_error * truth_error).max(0.0).sqrt());
-    Ok(ErrorInfo { kind: "rmse".into(), total, sampling, limit, truth: truth_error, truth_cut, metrics })
+    let kind = "rmse".into();
+    Ok(ErrorInfo { kind, total, sampling, limit, rounding: None, truth: truth_error, truth_cut, metrics })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn truth() -> Vec<DVec3> {
+        (0..100).map(|i| DVec3::new(f64::from(i) / 100.0, 0.5, 1.0 - f64::from(i) / 100.0)).collect()
+    }
+
+    /// A judge that could not tell a wrong truth from a right one would be none.
+    #[test]
+    fn a_wrong_truth_shows_as_error() {
+        let image: Vec<[f32; 3]> = truth().iter().map(|p| p.to_array().map(|x| x as f32)).collect();
+        let right = judge(&image, &truth(), 0.0, None, None).unwrap();
+        assert!(right.total < 1e-7, "{right:?}");
+        let swapped: Vec<DVec3> = truth().iter().map(|p| DVec3::new(p.z, p.y, p.x)).collect();
+        let wrong = judge(&image, &swapped, 0.0, None, None).unwrap();
+        assert!(wrong.total > 0.3 && wrong.metrics.max_abs > 0.9, "{wrong:?}");
+        assert!(judge(&image[1..], &truth(), 0.0, None, None).is_err());
+    }
+
+    #[test]
+    fn the_parts_add_up_as_squares() {
+        let image: Vec<[f32; 3]> = truth().iter().map(|p| p.to_array().map(|x| x as f32 * 0.8)).collect();
+        let e = judge(&image, &truth(), 0.01, None, Some(0.05)).unwrap();
+        let sum = e.sampling.unwrap().powi(2) + e.limit.unwrap().powi(2) + e.truth.powi(2);
+        assert!((sum - e.total * e.total).abs() < 1e-12);
+        // A limit above the whole leaves nothing, not a root of something negative.
+        assert_eq!(judge(&image, &truth(), 0.0, None, Some(9.0)).unwrap().sampling, Some(0.0));
+    }
 }

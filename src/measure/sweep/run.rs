@@ -1,13 +1,14 @@
 //! The work of a sweep: render and time what is missing, make the truth good enough, judge.
 
 use super::page;
-use super::point::{Law, Point};
+use super::point::{Law, Point, Words};
 use super::record::Record;
 use super::row::{Measured, Row, Spread, judge};
 use super::trace::{SweepError, Tracer, Watched};
 use super::truth::{Identity, REPLICATES, Truth, limit_error, mean_cut};
 use crate::atomic_file;
 use crate::image::{Format, Metadata, View, linear_sha256};
+use crate::measure::metrics::compare;
 use crate::measure::samples::{Source, Traced};
 use crate::render::{Observer, Rendered, Renderer};
 use crate::report::ProgramInfo;
@@ -19,9 +20,12 @@ use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// A point whose render takes longer is measured once.
 const LONG_SECONDS: f64 = 10.0;
+/// Between two writings of the rows while points are measured.
+const WRITE_SECONDS: f64 = 5.0;
 /// The truth is no deeper.
 const DEEPEST: u32 = 64;
 /// Times that a truth is asked to be better still.
@@ -55,6 +59,8 @@ pub struct Plan {
     pub errors: Vec<f64>,
     /// The command line, to be shown.
     pub command: String,
+    /// Judge by the oracle even where the device has f64.
+    pub oracle: bool,
     /// Forget earlier rows and truths.
     pub fresh: bool,
 }
@@ -92,6 +98,7 @@ struct Work<'a> {
     judged_by: Scene,
     scene_hash: String,
     device: crate::report::DeviceInfo,
+    /// The device traces the truth.
     double: bool,
 }
 
@@ -105,7 +112,7 @@ impl<'a> Work<'a> {
             judged_by,
             scene_hash: scene_hash(&plan.scene),
             device: renderer.device().info(),
-            double: renderer.device().has_double(),
+            double: renderer.device().has_double() && !plan.oracle,
         }
     }
 
@@ -189,6 +196,7 @@ impl<'a> Work<'a> {
         watch: &mut dyn Watch,
     ) -> Result<(), SweepError> {
         let total = self.plan.points.len();
+        let mut written = Instant::now();
         let mut earlier = std::mem::take(&mut record.rows);
         for (i, point) in self.plan.points.iter().enumerate() {
             let key = self.key(point);
@@ -216,7 +224,12 @@ impl<'a> Work<'a> {
                 m.repeats
             ));
             record.rows.push(row);
-            // All rows, those not yet reached again too, so that an end by force loses none.
+            // For an end by force; at any other all is written. A big file is not written often.
+            if written.elapsed().as_secs_f64() < WRITE_SECONDS {
+                continue;
+            }
+            written = Instant::now();
+            // Rows not reached yet in this run too.
             let whole =
                 Record { rows: record.rows.iter().chain(&earlier).cloned().collect(), ..record.clone() };
             self.write_json(&whole)?;
@@ -307,10 +320,14 @@ impl<'a> Work<'a> {
     }
 
     /// Depth of the truth, and what it cuts.
-    fn depth(&self, renderer: &mut Renderer, observer: &mut dyn Observer) -> Result<(u32, f64), SweepError> {
+    fn depth(
+        &self,
+        renderer: &mut Renderer,
+        observer: &mut dyn Observer,
+    ) -> Result<(u32, Option<f64>), SweepError> {
         if !self.double {
             // The oracle does not say what it cuts; it goes as deep as any truth.
-            return Ok((DEEPEST, f64::NAN));
+            return Ok((DEEPEST, None));
         }
         let deepest =
             self.plan.points.iter().map(|p| p.depth).max().unwrap_or(1).max(self.plan.scene.render.depth);
@@ -320,7 +337,7 @@ impl<'a> Work<'a> {
             let traced = watched(&mut tracer, observer).trace(&self.pixels(), 0..CUT_SAMPLES)?;
             let cut = mean_cut(&traced, CUT_SAMPLES);
             if cut <= NEGLIGIBLE_CUT || depth >= DEEPEST {
-                return Ok((depth, cut));
+                return Ok((depth, Some(cut)));
             }
             depth = (2 * depth).min(DEEPEST);
         }
@@ -476,14 +493,20 @@ impl<'a> Work<'a> {
     fn judge(&self, record: &mut Record, truth: &Truth) -> Result<(), SweepError> {
         let linear = truth.linear();
         let noise = truth.standard_error();
-        let mut rows = std::mem::take(&mut record.rows);
-        for row in &mut rows {
+        let exact: Vec<Row> =
+            record.rows.iter().filter(|r| r.point.precision == Precision::Double.name()).cloned().collect();
+        for row in &mut record.rows {
             let point = self.plan.points.iter().find(|p| self.key(p) == row.key);
             let key = point.map(|p| limit_key(&self.plan.base, truth.identity.depth, p));
             let limit = key.and_then(|k| record.limits.get(&k).copied());
-            row.error = Some(judge(&self.picture(row)?, &linear, noise, truth.cut, limit)?);
+            let image = self.picture(row)?;
+            let mut error = judge(&image, &linear, noise, truth.cut, limit)?;
+            let in_double = Words { precision: Precision::Double.name().into(), ..row.point.clone() };
+            if let Some(other) = exact.iter().find(|r| r.point == in_double) {
+                error.rounding = Some(compare(&image, &self.picture(other)?)?.rmse);
+            }
+            row.error = Some(error);
         }
-        record.rows = rows;
         Ok(())
     }
 

@@ -43,7 +43,8 @@ pub struct Truth {
     /// What it is of.
     pub identity: Identity,
     /// Of the throughput of all light, the share in paths deeper than the truth's: mean over the pixels.
-    pub cut: f64,
+    /// `None` if its tracer does not say.
+    pub cut: Option<f64>,
     /// Sum of replicate r of pixel i at `i * REPLICATES + r`.
     sums: Vec<[f64; 3]>,
     /// Samples of each pixel, a multiple of [`REPLICATES`].
@@ -62,15 +63,15 @@ pub struct TruthInfo {
     pub samples_most: u32,
     /// Root mean square of the pixels' standard errors, linear light.
     pub standard_error: f64,
-    /// Share of the throughput that is cut at its depth.
-    pub cut_throughput: f64,
+    /// Share of the throughput that is cut at its depth; missing if its tracer does not say.
+    pub cut_throughput: Option<f64>,
     /// True if the standard error is under a tenth of the smallest error judged by it.
     pub converged: bool,
 }
 
 impl Truth {
     /// No sample yet.
-    pub fn new(identity: Identity, cut: f64) -> Truth {
+    pub fn new(identity: Identity, cut: Option<f64>) -> Truth {
         let pixels = identity.width as usize * identity.height as usize;
         Truth { identity, cut, sums: vec![[0.0; 3]; pixels * REPLICATES as usize], counts: vec![0; pixels] }
     }
@@ -225,7 +226,7 @@ impl Truth {
 #[derive(Debug, Serialize, Deserialize)]
 struct Header {
     truth: Identity,
-    cut: f64,
+    cut: Option<f64>,
     sha256: String,
 }
 

@@ -45,7 +45,7 @@ fn noisy_half(pixel: u32) -> f64 {
 
 #[test]
 fn it_stops_at_the_target_and_spends_samples_where_the_noise_is() {
-    let mut truth = Truth::new(identity(), 0.0);
+    let mut truth = Truth::new(identity(), None);
     let mut source = Noisy { noise: noisy_half, traced: 0 };
     truth.refine(&mut source, 1e-3, 1 << 20, &mut |_, _, _| ()).unwrap();
     let info = truth.info(0.02);
@@ -61,12 +61,12 @@ fn it_stops_at_the_target_and_spends_samples_where_the_noise_is() {
 
 #[test]
 fn the_cap_holds_and_a_later_run_goes_on() {
-    let mut truth = Truth::new(identity(), 0.0);
+    let mut truth = Truth::new(identity(), None);
     let mut source = Noisy { noise: noisy_half, traced: 0 };
     truth.refine(&mut source, 1e-9, 300, &mut |_, _, _| ()).unwrap();
     assert_eq!(truth.info(1.0).samples_most, 288);
     truth.refine(&mut source, 1e-9, 1024, &mut |_, _, _| ()).unwrap();
-    let mut whole = Truth::new(identity(), 0.0);
+    let mut whole = Truth::new(identity(), None);
     whole.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-9, 1024, &mut |_, _, _| ()).unwrap();
     assert_eq!(truth.info(1.0).samples_most, whole.info(1.0).samples_most);
     for (a, b) in truth.linear().iter().zip(whole.linear()) {
@@ -76,7 +76,7 @@ fn the_cap_holds_and_a_later_run_goes_on() {
 
 #[test]
 fn what_is_saved_comes_back_and_another_or_a_damaged_one_does_not() {
-    let mut truth = Truth::new(identity(), 0.25);
+    let mut truth = Truth::new(identity(), Some(0.25));
     truth.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-3, 256, &mut |_, _, _| ()).unwrap();
     let mut bytes = Vec::new();
     truth.save(&mut bytes).unwrap();

@@ -76,7 +76,7 @@ fn time(record: &Record) -> Option<Chart> {
     // The front first, so that the points lie on it; its colour is the last.
     let front = record.front.iter().filter_map(|n| record.rows.iter().find(|r| r.name == *n));
     let mut series = vec![Series {
-        name: "front: none is faster and better".into(),
+        name: "none is faster and better".into(),
         color: 6,
         points: front.filter_map(|r| Some((r.seconds(), r.rmse()?))).collect(),
         look: Look::Thick,
@@ -103,7 +103,8 @@ fn samples(record: &Record) -> Option<Chart> {
         }
     }
     let mut series = Vec::new();
-    for (color, (sampler, (_, points))) in best.into_iter().enumerate() {
+    for (color, sampler) in values(record, "sampler").into_iter().enumerate() {
+        let Some((_, points)) = best.remove(&sampler) else { continue };
         let logs: Vec<(f64, f64)> = points.iter().map(|(n, e)| (n.ln(), e.ln())).collect();
         let slope = fit(&logs).map_or(String::new(), |(s, _)| format!(", slope {s:.2}"));
         let (n0, e0) = points[0];
@@ -276,7 +277,7 @@ mod tests {
         let names: Vec<&str> = chart.series.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(
             names,
-            ["owen, slope -0.75", "theory: slope -0.75", "random, slope -0.50", "theory: slope -0.5"]
+            ["random, slope -0.50", "theory: slope -0.5", "owen, slope -0.75", "theory: slope -0.75"]
         );
         assert_eq!(chart.series[0].points.len(), 4, "without the one sample at the centre");
     }

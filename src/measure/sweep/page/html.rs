@@ -70,15 +70,16 @@ fn introduction(record: &Record) -> String {
     }
     let Some(t) = &record.truth else { return text };
     let cut = match t.cut_throughput {
-        c if c.is_nan() => "an unknown share of the throughput".into(),
-        0.0 => "no throughput at all".into(),
-        c => format!("{c:.1e} of the throughput"),
+        None => "an unknown share of the throughput".into(),
+        Some(0.0) => "no throughput at all".into(),
+        Some(c) => format!("{c:.1e} of the throughput"),
     };
     let _ = writeln!(
         text,
         "<p>Truth: {}, depth {}, where it cuts {cut}; {:.0} Owen-scrambled samples a pixel on average, {} at most, in 16 \
          replicates. Its own standard error is <b>{:.1e}</b> (RMSE){}. Errors are in linear light clamped to [0, 1]. \
-         <i>Limit</i> is what infinitely many samples would leave of an error; <i>sampling</i> is the rest. Efficiency is \
+         <i>Limit</i> is what infinitely many samples would leave of an error; <i>sampling</i> is the rest; \
+         <i>rounding</i> is the difference from the same settings in f64. Efficiency is \
          1/(MSE &times; time). One sample lies at the pixel's centre.</p>",
         escaped(&t.identity.tracer),
         t.identity.depth,
@@ -154,22 +155,22 @@ fn precisions(record: &Record) -> String {
     let base = if names.contains(&"robust") { "robust" } else { names[0] };
     let cells = names.iter().map(|name| {
         let of = record.rows.iter().filter(|r| r.point.precision == *name);
-        let (mut times, mut errors, mut limits) = (vec![], vec![], vec![]);
+        let (mut times, mut errors, mut rounding) = (vec![], vec![], vec![]);
         for row in of {
             let mut other = row.point.clone();
             other.precision = base.into();
             let Some(other) = record.rows.iter().find(|r| r.point == other) else { continue };
             times.push(row.measured.device.median / other.measured.device.median);
             errors.extend(row.rmse().zip(other.rmse()).map(|(a, b)| a / b));
-            limits.extend(row.error.as_ref().and_then(|e| e.limit));
+            rounding.extend(row.error.as_ref().and_then(|e| e.rounding));
         }
         let factor = |list: &[f64]| median(list).map_or("-".into(), |m| format!("{m:.3}"));
-        let least = limits.iter().copied().reduce(f64::min);
-        [(*name).to_owned(), factor(&times), factor(&errors), error(least)]
+        let most = rounding.iter().copied().reduce(f64::max);
+        [(*name).to_owned(), factor(&times), factor(&errors), error(median(&rounding)), error(most)]
     });
     let time = format!("device time / {base}'s (median)");
     let rmse = format!("RMSE / {base}'s (median)");
-    table("Precisions", &["precision", &time, &rmse, "least limit"], cells)
+    table("Precisions", &["precision", &time, &rmse, "rounding: RMSE from f64 (median)", "at most"], cells)
 }
 
 fn gallery(pictures: &[Shown]) -> String {
@@ -216,6 +217,7 @@ fn rows(record: &Record) -> String {
         "RMSE",
         "sampling",
         "limit",
+        "rounding",
         "truth &plusmn;",
         "mean abs",
         "max",
@@ -248,13 +250,14 @@ fn rows(record: &Record) -> String {
             cell(count as f64, short(count as f64));
         }
         match &row.error {
-            None => text += &"<td>-</td>".repeat(11),
+            None => text += &"<td>-</td>".repeat(12),
             Some(e) => {
                 let m = &e.metrics;
                 let known = |x: Option<f64>| x.unwrap_or(f64::INFINITY);
                 cell(e.total, error(Some(e.total)));
                 cell(known(e.sampling), error(e.sampling));
                 cell(known(e.limit), error(e.limit));
+                cell(known(e.rounding), error(e.rounding));
                 for x in [e.truth, m.mean_abs, m.max_abs, m.p999] {
                     cell(x, error(Some(x)));
                 }
