@@ -14,7 +14,7 @@ fn main() -> ExitCode {
         Err(failure) => {
             // A closed standard error leaves the exit code to tell.
             let _ = match &failure {
-                Failure::Interrupted(_) => writeln!(io::stderr(), "{failure}"),
+                Failure::Interrupted(_) | Failure::AboveThreshold(_) => writeln!(io::stderr(), "{failure}"),
                 _ => writeln!(io::stderr(), "error: {failure}"),
             };
             ExitCode::from(failure.exit_code())

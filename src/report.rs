@@ -23,6 +23,10 @@ pub struct Report {
     pub rays: RayInfo,
     /// One row per pass and depth, in frame order.
     pub passes: Vec<PassInfo>,
+    /// How wrong the image may be; null where it was not asked for.
+    pub error: Option<ErrorInfo>,
+    /// What was asked for instead of settings.
+    pub asked: AskedInfo,
     /// Things that ought not to happen, counted.
     pub counters: Counters,
     /// What the user should know: arithmetic that could not be trusted, solids that coincide.
@@ -200,6 +204,46 @@ pub struct PassInfo {
     pub seconds: f64,
     /// Live items (rays or pixels) worked on.
     pub items: u64,
+}
+
+/// The error budget: three parts whose sum holds the true error, in linear light clamped to [0, 1].
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorInfo {
+    /// `rmse`, over all pixels and channels.
+    pub kind: String,
+    /// With which the sampling part holds.
+    pub confidence: f64,
+    /// Upper bound on what finitely many samples leave.
+    pub sampling: f64,
+    /// Root of the expected mean squared sampling error; no safety in it.
+    pub sampling_estimate: f64,
+    /// Upper bound on what rays that were not traced would have added to the image as shown.
+    pub truncation: f64,
+    /// False where hidden light has no bound; as shown it still adds no more than `truncation`.
+    pub truncation_bounded: bool,
+    /// Why it has none.
+    pub truncation_unbounded_why: Option<String>,
+    /// Mean throughput of the rays that were not traced.
+    pub cut: f64,
+    /// Difference to the same samples in f64; null where they could not be compared.
+    pub rounding: Option<f64>,
+    /// Pixels compared of which some sample took another way in f64.
+    pub rounding_pixels: Option<u64>,
+    /// The sum of the parts that are known.
+    pub total: f64,
+}
+
+/// What was asked for.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct AskedInfo {
+    /// `--error`.
+    pub error: Option<f64>,
+    /// `--time`, seconds.
+    pub time: Option<f64>,
+    /// Whether that was reached.
+    pub met: Option<bool>,
+    /// Why not.
+    pub unmet_why: Option<String>,
 }
 
 /// Things that ought not to happen.

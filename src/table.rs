@@ -92,7 +92,8 @@ pub fn report(report: &Report) -> String {
     [about(report), passes(report), rays(report), totals(report)].join("\n")
 }
 
-fn about(report: &Report) -> String {
+/// Device, scene, settings and plan.
+pub fn about(report: &Report) -> String {
     let Report { device, scene, settings, plan, .. } = report;
     let [x, y, z] = scene.local_frame.center.map(number);
     let crop = settings.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(", crop {x0},{y0},{x1},{y1}"));

@@ -20,7 +20,7 @@ fn renderer() -> Renderer {
 
 fn trace(r: &mut Renderer, scene: &Scene, settings: &Settings, pixels: &[u32], end: u32) -> (Traced, u64) {
     let mut survey = Survey::new(r, scene, settings).expect("a survey");
-    let traced = survey.trace(pixels, 0..end, &mut Quiet).expect("traced").expect("not cancelled");
+    let traced = survey.trace(pixels, 0..end, &mut Quiet).expect("traced");
     let rays = survey.report().rays;
     (traced, rays.primary + rays.reflection + rays.refraction + rays.shadow)
 }

@@ -8,8 +8,8 @@ pub(crate) use values::{cutoff, origin, precision};
 use crate::generate::Shape;
 use crate::measure::sweep::axes::Axis;
 use crate::sampler::Sampler;
-use crate::settings::{DeviceChoice, Origin, Precision};
-use clap::{ArgAction, Args, Parser, Subcommand};
+use crate::settings::{DeviceChoice, Origin, Precision, Schedule};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -19,7 +19,8 @@ static LONG_VERSION: LazyLock<String> = LazyLock::new(|| {
 
 macro_rules! exit_codes {
     () => {
-        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 130 interrupted."
+        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 6 above the \
+         threshold, 130 interrupted."
     };
 }
 
@@ -71,6 +72,40 @@ Example:
         crate::measure::sweep::axes::listing()
     )
 });
+const COMPARE_HELP: &str = concat!(
+    "\
+Both pictures are taken in linear light, clamped to [0, 1] as they will be shown: PNG codes (8 or 16 \
+bits) are decoded from sRGB, EXR and HDR hold linear values. The table goes to standard output, or to \
+standard error where --json - has standard output.
+
+Examples:
+  whitted compare new.png old.png
+  whitted compare new.exr truth.exr --diff where.png --threshold 0.001
+  whitted compare new.png old.png --metric flip --diff flip.png --json -
+
+",
+    exit_codes!()
+);
+
+const PROFILE_HELP: &str = concat!(
+    "\
+Renders once to warm up and then N times, and tells medians and the range between the quartiles. The \
+table goes to standard output, or to standard error where --json - has standard output. A trace opens \
+in Perfetto or chrome://tracing. It is of one more frame, with one batch to a submit, so that the \
+items of every dispatch are known; its passes are placed by the device's own timestamps.
+
+Bytes are those that one item's structs take in the buffers that hold one element per ray, sample or \
+pixel, as the pass table lists them: each read and each write once, new rays by their number. An upper \
+bound, as a pass may leave an item early. The scene, counters and caches are not counted.
+
+Examples:
+  whitted profile scenes/cornell.toml
+  whitted profile scenes/cornell_glass.toml --size 300x200 --repeats 9 --json profile.json
+  whitted profile scenes/cornell.toml --samples 4 --trace trace.json
+
+",
+    exit_codes!()
+);
 
 const DEVICES_HELP: &str = "\
 Any of index, UUID, part of the name, or `cpu` (the first software device) is good for --device and \
@@ -92,10 +127,14 @@ pub enum Command {
     Render(RenderArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
+    /// Time a scene's passes, depth by depth
+    Profile(ProfileArgs),
     /// Render the comparison of sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
     /// Time and judge every point of a grid of settings: error against time, with plots
     Sweep(SweepArgs),
+    /// Measure the difference of two pictures
+    Compare(CompareArgs),
     /// Run the numerical extremes on a device, each against its derived bound
     Stress(StressArgs),
     /// Write a shape as an OBJ file or as scene text
@@ -179,6 +218,114 @@ pub struct RenderArgs {
     pub verbosity: Verbosity,
 }
 
+/// `whitted profile`.
+#[derive(Debug, Args)]
+#[command(after_help = PROFILE_HELP)]
+pub struct ProfileArgs {
+    /// Scene text (TOML)
+    pub scene: PathBuf,
+
+    /// Renders that are timed
+    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 5)]
+    pub repeats: u32,
+
+    /// Write all figures as JSON: the report of the run of median time, and the quartiles; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Write one frame as Chrome trace events
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
+
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Samples per pixel [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub samples: Option<u32>,
+
+    /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
+    #[arg(long, value_name = "D", value_parser = values::positive())]
+    pub depth: Option<u32>,
+
+    /// Seed of the sampler
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    pub precision: Precision,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+
+    /// How the work is cut.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+/// `whitted compare`.
+#[derive(Debug, Args)]
+#[command(after_help = COMPARE_HELP)]
+pub struct CompareArgs {
+    /// Picture to judge: PNG, EXR or HDR
+    pub a: PathBuf,
+
+    /// Picture to judge it by, of the same size
+    pub b: PathBuf,
+
+    /// Write a false-colour picture of the difference, with its scale (PNG)
+    #[arg(long, value_name = "OUT.png", value_parser = values::png())]
+    pub diff: Option<PathBuf>,
+
+    /// Difference that --diff shows in its lightest colour [default: the largest]
+    #[arg(long, value_name = "X", value_parser = values::above_zero, requires = "diff")]
+    pub full_scale: Option<f64>,
+
+    /// Write all figures as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Figure that --threshold judges, and --diff shows
+    #[arg(long, value_name = "WHICH", default_value = "rmse")]
+    pub metric: Metric,
+
+    /// Exit with 6 if the figure is above X; for psnr, below
+    #[arg(long, value_name = "X", value_parser = values::not_negative)]
+    pub threshold: Option<f64>,
+
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// A figure of `whitted compare`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Metric {
+    /// Root mean square error
+    Rmse,
+    /// Mean absolute error
+    Mean,
+    /// Largest error
+    Max,
+    /// 99.9th percentile of the pixels' errors
+    P999,
+    /// Peak signal-to-noise ratio, decibels
+    Psnr,
+    /// Mean LDR-FLIP: how different they look
+    Flip,
+    /// Share of the pixels that differ
+    Pixels,
+    /// Largest difference in 8-bit sRGB codes
+    Codes,
+}
+
 /// `whitted stress`.
 #[derive(Debug, Args)]
 pub struct StressArgs {
@@ -213,6 +360,19 @@ pub struct StressArgs {
     /// How much to say.
     #[command(flatten)]
     pub verbosity: Verbosity,
+}
+
+impl ScheduleArgs {
+    /// As the settings have it.
+    pub fn schedule(&self) -> Schedule {
+        Schedule {
+            tile_pixels: self.tile_pixels,
+            batch_samples: self.batch_samples,
+            // clap lets through only 32, 64, 128 and 256.
+            workgroup: self.workgroup.as_deref().and_then(|n| n.parse().ok()),
+            capacity: None,
+        }
+    }
 }
 
 /// Which device.
@@ -292,7 +452,7 @@ pub struct SweepArgs {
     pub repeats: u32,
 
     /// Errors (RMSE) to name the cheapest point for
-    #[arg(long, value_name = "E,E", value_delimiter = ',', value_parser = values::error, default_value = "0.1,0.03,0.01,0.003,0.001,0.0003,0.0001")]
+    #[arg(long, value_name = "E,E", value_delimiter = ',', value_parser = values::above_zero, default_value = "0.1,0.03,0.01,0.003,0.001,0.0003,0.0001")]
     pub error: Vec<f64>,
 
     /// Most samples of a pixel of the truth; it stops earlier once it is ten times better than every point

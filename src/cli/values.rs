@@ -79,6 +79,14 @@ pub(super) fn output() -> impl TypedValueParser<Value = Output> {
     })
 }
 
+/// A parser of names of PNG files.
+pub(super) fn png() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match Format::of(&path) {
+        Some(Format::Png(_)) => Ok(path),
+        _ => Err("the extension must be .png"),
+    })
+}
+
 /// A parser of whole numbers from 1.
 pub(super) fn positive() -> RangedU64ValueParser<u32> {
     RangedU64ValueParser::new().range(1..)
@@ -100,12 +108,17 @@ pub fn cutoff(text: &str) -> Result<f32, String> {
     }
 }
 
-/// An error above 0.
-pub(super) fn error(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(error) if error > 0.0 && error < f64::INFINITY => Ok(error),
-        _ => Err("an error is a number above 0, in linear light (white is 1)".into()),
+/// A finite number from 0.
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x >= 0.0 => Ok(x),
+        _ => Err("write a number from 0".into()),
     }
+}
+
+/// A finite number above 0.
+pub(super) fn above_zero(text: &str) -> Result<f64, String> {
+    not_negative(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "write a number above 0".into())
 }
 
 /// An empty text (an empty environment variable) leaves the choice open.
@@ -168,6 +181,15 @@ mod tests {
         for bad in ["1", "-0.1", "NaN", "inf", ""] {
             assert!(cutoff(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn thresholds() {
+        assert_eq!((not_negative("0"), not_negative("1e-3"), above_zero("2")), (Ok(0.0), Ok(1e-3), Ok(2.0)));
+        for bad in ["-1", "NaN", "inf", "", "x"] {
+            assert!(not_negative(bad).is_err() && above_zero(bad).is_err(), "{bad}");
+        }
+        assert!(above_zero("0").is_err());
     }
 
     proptest! {

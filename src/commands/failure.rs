@@ -15,6 +15,9 @@ pub enum Failure {
     /// The renderer gave up.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// Two pictures differ by more than was allowed.
+    #[error("{0}")]
+    AboveThreshold(String),
     /// Stopped by Ctrl-C; says what was saved.
     #[error("{0}")]
     Interrupted(String),
@@ -24,13 +27,14 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 130 interrupted.
+    /// 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 6 above the threshold, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Failure::Usage(_) => 2,
             Failure::Scene(_) => 3,
             Failure::Render(RenderError::NoDevice(_)) => 4,
             Failure::Render(RenderError::DeviceLost(_)) => 5,
+            Failure::AboveThreshold(_) => 6,
             Failure::Interrupted(_) => progress::INTERRUPTED,
             Failure::Render(
                 RenderError::DoesNotFit(_) | RenderError::Mismatch(_) | RenderError::Failed(_),
@@ -55,6 +59,7 @@ mod tests {
             (Failure::Scene(text.clone()), 3),
             (RenderError::NoDevice(text.clone()).into(), 4),
             (RenderError::DeviceLost(text.clone()).into(), 5),
+            (Failure::AboveThreshold(text.clone()), 6),
             (Failure::Interrupted(text), 130),
         ];
         for (failure, code) in cases {

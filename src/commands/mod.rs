@@ -1,16 +1,18 @@
 //! What the commands do. Standard output gets images and listings only; all else goes to standard error.
 
+pub mod compare;
 pub mod console;
 pub mod devices;
 pub mod failure;
 pub mod gallery;
 pub mod generate;
 pub mod render;
+pub mod profile;
 mod state;
 pub mod stress;
 pub mod sweep;
 
-use crate::cli::{Cli, Command};
+use crate::cli::{Cli, Command, Verbosity};
 use crate::scene::{self, Scene};
 use console::Console;
 use failure::Failure;
@@ -23,8 +25,12 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
         Command::Sweep(args) => sweep::run(args, &mut Console::new(args.verbosity)),
+        Command::Compare(args) => {
+            compare::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
+        }
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
 }

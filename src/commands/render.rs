@@ -9,7 +9,7 @@ use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
 use crate::render::{Rendered, Renderer};
 use crate::scene::Scene;
-use crate::settings::{Schedule, Settings};
+use crate::settings::Settings;
 use crate::{atomic_file, table};
 use anyhow::Context;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -105,13 +105,7 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
         }
         settings.crop = Some(crop);
     }
-    settings.schedule = Schedule {
-        tile_pixels: args.schedule.tile_pixels,
-        batch_samples: args.schedule.batch_samples,
-        // clap lets through only 32, 64, 128 and 256.
-        workgroup: args.schedule.workgroup.as_deref().and_then(|n| n.parse().ok()),
-        capacity: None,
-    };
+    settings.schedule = args.schedule.schedule();
     Ok(settings)
 }
 

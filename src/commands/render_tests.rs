@@ -2,6 +2,7 @@ use super::*;
 use crate::cli::{Cli, Command, Verbosity};
 use crate::report::{DepthInfo, Report};
 use crate::sampler::Sampler;
+use crate::settings::Schedule;
 use crate::settings::{Origin, Precision};
 use clap::Parser;
 use std::fs;

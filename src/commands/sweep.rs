@@ -95,8 +95,8 @@ fn text(record: &Record) -> String {
         ]);
     }
     let truth = record.truth.as_ref().map_or(String::new(), |t| {
-        let cut = t.cut_throughput.map_or("unknown".into(), |c| format!("{c:.1e}"));
-        format!("truth's own standard error {:.1e}, throughput cut {cut}\n", t.standard_error)
+        let hidden = t.truncation.as_ref().map_or("unknown".into(), |h| format!("at most {:.1e}", h.rms));
+        format!("truth: standard error {:.1e}, hidden beyond its depth {hidden} (RMSE)\n", t.standard_error)
     });
     format!("{front}\n{cheapest}\n{truth}")
 }

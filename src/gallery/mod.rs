@@ -1,6 +1,5 @@
 //! The comparison of sample counts and depths: which pictures, and the sheet that shows them together.
 
-mod canvas;
 mod sheet;
 
 pub use sheet::{Cell, Section, Sheet};

@@ -1,6 +1,6 @@
 //! The contact sheet: rows of pictures on a dark ground, each with its caption.
 
-use super::canvas::{Canvas, Color, text_height, text_width};
+use crate::image::canvas::{Canvas, Color, text_height, text_width};
 use crate::image::{Metadata, View, code8, png8};
 use std::io::{self, Write};
 

@@ -1,14 +1,18 @@
-//! Images: from linear `f32` RGB to PNG, EXR or Radiance HDR.
+//! Images: from linear `f32` RGB to PNG, EXR or Radiance HDR and back, and numbers as colours.
 
+pub(crate) mod canvas;
 mod exr;
 mod hdr;
+pub mod heat;
 mod metadata;
 mod png;
+mod read;
 mod srgb;
 
 pub use metadata::Metadata;
 pub use png::png8;
-pub use srgb::{code8, code16};
+pub use read::{Picture, ReadError, read};
+pub use srgb::{code8, code16, linear8, linear16};
 
 use sha2::{Digest, Sha256};
 use std::io::{self, Write};

@@ -50,6 +50,16 @@ pub fn code16(linear: f32) -> u16 {
     code(&SIXTEEN, linear) as u16
 }
 
+/// Linear value of an 8-bit sRGB code; [`code8`] gives the code back.
+pub fn linear8(code: u8) -> f32 {
+    decode(f64::from(code) / f64::from(u8::MAX)) as f32
+}
+
+/// Linear value of a 16-bit sRGB code; [`code16`] gives the code back.
+pub fn linear16(code: u16) -> f32 {
+    decode(f64::from(code) / f64::from(u16::MAX)) as f32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,6 +90,14 @@ mod tests {
                 assert!(!holds(&table, plain8), "threshold {k}");
             }
         }
+    }
+
+    #[test]
+    fn codes_come_back() {
+        assert!((0..=u8::MAX).all(|k| code8(linear8(k)) == k));
+        assert!((0..=u16::MAX).all(|k| code16(linear16(k)) == k));
+        assert_eq!((linear8(0), linear8(255), linear16(0), linear16(65535)), (0.0, 1.0, 0.0, 1.0));
+        assert!((linear8(188) - 0.502_886).abs() < 1e-6, "mid grey of light");
     }
 
     #[test]

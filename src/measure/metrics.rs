@@ -65,12 +65,8 @@ pub fn compare<A: Rgb, B: Rgb>(a: &[A], b: &[B]) -> Result<Metrics, SizeMismatch
     for (a, b) in a.iter().zip(b) {
         let (mut worst, mut worst_code, mut nan) = (0.0f64, 0u8, false);
         for (a, b) in a.rgb().into_iter().zip(b.rgb()) {
-            let (error, code) = if a.is_nan() || b.is_nan() {
-                nan = true;
-                (1.0, u8::MAX)
-            } else {
-                ((a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).abs(), code8(a as f32).abs_diff(code8(b as f32)))
-            };
+            nan |= a.is_nan() || b.is_nan();
+            let (error, code) = difference(a, b);
             squares += error * error;
             sum += error;
             codes += u64::from(code);
@@ -93,6 +89,20 @@ pub fn compare<A: Rgb, B: Rgb>(a: &[A], b: &[B]) -> Result<Metrics, SizeMismatch
     m.max_abs = errors[last];
     m.p999 = errors[((0.999 * errors.len() as f64).ceil() as usize).saturating_sub(1).min(last)];
     Ok(m)
+}
+
+/// Difference of one channel, and the same in 8-bit sRGB codes.
+fn difference(a: f64, b: f64) -> (f64, u8) {
+    if a.is_nan() || b.is_nan() {
+        return (1.0, u8::MAX);
+    }
+    ((a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).abs(), code8(a as f32).abs_diff(code8(b as f32)))
+}
+
+/// A pixel's error, that of its worst channel, and the same in 8-bit sRGB codes; as in [`Metrics`].
+pub fn pixel_error<A: Rgb, B: Rgb>(a: &A, b: &B) -> (f64, u8) {
+    let channels = a.rgb().into_iter().zip(b.rgb()).map(|(a, b)| difference(a, b));
+    channels.fold((0.0, 0), |worst, d| (worst.0.max(d.0), worst.1.max(d.1)))
 }
 
 fn check_sizes(a: usize, b: usize) -> Result<(), SizeMismatch> {
@@ -184,6 +194,17 @@ mod tests {
         let nan = [DVec3::new(0.0, f64::NAN, 0.0)];
         assert_eq!(compare(&nan, &nan).unwrap().nan_pixels, 1);
         assert_eq!(against(|image| image[5][0] = f32::INFINITY).nan_pixels, 0);
+    }
+
+    #[test]
+    fn a_pixels_error_is_that_of_its_worst_channel() {
+        assert_eq!(pixel_error(&[0.0f32, 0.5, 1.0], &DVec3::new(0.0, 0.25, 1.0)).0, 0.25);
+        assert_eq!(pixel_error(&[0.0f32, 0.0, 9.0], &[0.0f32, 0.0, 0.0]), (1.0, 255));
+        assert_eq!(pixel_error(&[f32::NAN; 3], &[f32::NAN; 3]), (1.0, 255));
+        let image = picture();
+        let errors = image.iter().zip(image[1..].iter().chain(&image[..1])).map(|(a, b)| pixel_error(a, b));
+        let m = against(|image| image.rotate_left(1));
+        assert_eq!(errors.fold((0.0f64, 0), |w, e| (w.0.max(e.0), w.1.max(e.1))), (m.max_abs, m.code_max));
     }
 
     #[test]

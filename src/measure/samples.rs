@@ -1,9 +1,10 @@
 //! What the error budget asks of a tracer: samples of chosen pixels, and what each pixel's rays did.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What one pixel's samples did, apart from their colour.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
     /// Least hash of the path trees of the samples: which primitives they met, which branches they took.
     pub hash_least: u32,
@@ -15,6 +16,19 @@ pub struct Mark {
     pub depth: u32,
     /// Sum over the samples of the throughput of the rays that were cut.
     pub cut: f64,
+}
+
+impl Mark {
+    /// Of both sets of samples.
+    pub fn and(&self, other: &Mark) -> Mark {
+        Mark {
+            hash_least: self.hash_least.min(other.hash_least),
+            hash_most: self.hash_most.max(other.hash_most),
+            rays: self.rays.saturating_add(other.rays),
+            depth: self.depth.max(other.depth),
+            cut: self.cut + other.cut,
+        }
+    }
 }
 
 /// Samples of a list of pixels.

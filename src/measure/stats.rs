@@ -2,7 +2,7 @@
 //! the mean alone.
 
 /// The quarters of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Quartiles {
     /// A quarter of the values lies below.
     pub lower: f64,

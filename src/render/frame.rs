@@ -9,6 +9,7 @@ use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
+use crate::timeline::Submit;
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
 use bytemuck::Pod;
 use std::borrow::Cow;
@@ -127,6 +128,8 @@ pub(crate) struct Frame {
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
     pub(super) poison: bool,
+    /// Submits so far, where they are to be kept; each then holds one batch.
+    pub(super) trace: Option<Vec<Submit>>,
 }
 
 impl Frame {
@@ -156,6 +159,7 @@ impl Frame {
             batch_samples: plan.batch_samples,
             rate: 0.0,
             poison: false,
+            trace: None,
         })
     }
 
@@ -268,6 +272,7 @@ impl Frame {
             self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
             self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
             let timed = self.recorder.submit(&self.buffers)?;
+            self.note(u64::from(first - begin) * pixels, pixels, &timed);
             if self.read_counts(&mut tally) {
                 return Ok(End::Overflow);
             }
@@ -288,7 +293,7 @@ impl Frame {
     /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
     /// fill the aimed time, within what the 32-bit counts of a submit can hold.
     fn samples_per_submit(&self, part: &Part) -> u32 {
-        if self.rate <= 0.0 {
+        if self.rate <= 0.0 || self.trace.is_some() {
             return 1;
         }
         let per_sample = self.rate * f64::from(part.pixels);
@@ -397,12 +402,18 @@ impl Frame {
             self.recorder.download(&self.buffers, Buf::Marks, marks, sums);
         }
         self.recorder.submit(&self.buffers)?;
+        self.note(0, 0, &[]);
         let (sums, end) = (sums as usize, (sums + marks) as usize);
         let staging = self.buffers.staging_bytes();
         Ok((
             bytemuck::pod_collect_to_vec(&staging[..sums]),
             bytemuck::pod_collect_to_vec(&staging[sums..end]),
         ))
+    }
+
+    /// Cuts paths at other places; never deeper than planned.
+    pub(super) fn cut_at(&mut self, depth: u32, cutoff: f32) {
+        (self.settings.depth, self.settings.cutoff) = (depth, cutoff);
     }
 
     /// Puts the pixels of a list in place.

@@ -4,6 +4,7 @@ mod frame;
 mod survey;
 mod tally;
 mod tile;
+mod trace;
 mod unfinished;
 
 pub(crate) use frame::mean;
@@ -20,6 +21,7 @@ use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::selftest::{self, SelfTest};
 use crate::settings::{DeviceChoice, Precision, Settings};
+use crate::timeline::{FrameTrace, Phase};
 use crate::vk::{Device, Pipelines, VkError};
 use frame::Drawn;
 pub(crate) use frame::Frame;
@@ -111,6 +113,8 @@ pub struct Renderer {
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
     poison: bool,
+    keep_submits: bool,
+    trace: FrameTrace,
 }
 
 impl Renderer {
@@ -127,6 +131,8 @@ impl Renderer {
             brute_force: None,
             omitted_barrier: None,
             poison: false,
+            keep_submits: false,
+            trace: FrameTrace::default(),
         })
     }
 
@@ -136,7 +142,7 @@ impl Renderer {
     }
 
     /// The settings that this device can keep, and why they differ from those asked for.
-    fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
+    pub(crate) fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
         let faults = self.arithmetic.single.faults();
         if asked.precision != Precision::Robust || faults.is_empty() {
             return (asked.clone(), Vec::new());
@@ -184,6 +190,17 @@ impl Renderer {
         self.poison = poison;
     }
 
+    /// Keeps the submits of each render for [`Renderer::take_trace`], and puts only one batch in each, so
+    /// that the items of every dispatch are known.
+    pub fn keep_submits(&mut self, keep: bool) {
+        self.keep_submits = keep;
+    }
+
+    /// When the phases of the last render began and ended, and its submits if they were kept.
+    pub fn take_trace(&mut self) -> FrameTrace {
+        std::mem::take(&mut self.trace)
+    }
+
     /// Renders `scene`.
     pub fn render(
         &mut self,
@@ -220,6 +237,8 @@ impl Renderer {
             Some(earlier) => earlier.into_drawn(&identity())?,
         };
         let built = start.elapsed();
+        let mut trace = FrameTrace::default();
+        trace.phases.push(Phase::since("build", start));
 
         let start = Instant::now();
         let (pipelines, fresh) = self.pipelines(&plan.specialisation, settings.precision)?;
@@ -229,11 +248,16 @@ impl Renderer {
         if fresh {
             frame.warm_up()?;
         }
+        frame.trace = self.keep_submits.then(Vec::new);
+        trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
         let first_dispatch = start.elapsed() + std::mem::take(&mut self.opened);
 
         let start = Instant::now();
         let (done, cut) = frame.render(&mut drawn, observer)?;
         let render = start.elapsed();
+        trace.phases.push(Phase::since("render", start));
+        trace.submits = frame.trace.take().unwrap_or_default();
+        self.trace = trace;
         let mut tally = drawn.tally.clone();
         tally.add(&cut);
         let mut report = tally.report(settings, &packed, &plan);

@@ -10,7 +10,7 @@ use crate::pack::{Packed, pack};
 use crate::plan::Plan;
 use crate::report::Report;
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Precision, Settings};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -19,6 +19,10 @@ pub struct Survey {
     frame: Frame,
     packed: Packed,
     settings: Settings,
+    /// Depth that memory was planned for.
+    deepest: u32,
+    /// Why its settings are others than were asked for.
+    pub warnings: Vec<String>,
     tally: Tally,
     /// Rays that fit a batch; halved when a queue overflows.
     batch: u32,
@@ -37,6 +41,7 @@ impl Survey {
         let start = Instant::now();
         // No sample lies at its pixel's centre by rule: one of many is all that a survey knows.
         let settings = Settings { samples: u32::MAX, crop: None, ..settings.clone() };
+        let (settings, warnings) = renderer.trusted(&settings);
         renderer.check_precision(&settings)?;
         let packed = pack(scene, &settings, renderer.brute_force);
         let plan = Plan::survey(&packed, &settings, &renderer.device.limits())?;
@@ -50,7 +55,18 @@ impl Survey {
         }
         let batch = plan.tile_pixels.saturating_mul(plan.batch_samples);
         let prepared = start.elapsed() + std::mem::take(&mut renderer.opened);
-        Ok(Survey { frame, packed, settings, tally: Tally::default(), batch, built, prepared })
+        let deepest = settings.depth;
+        Ok(Survey {
+            frame,
+            packed,
+            settings,
+            deepest,
+            warnings,
+            tally: Tally::default(),
+            batch,
+            built,
+            prepared,
+        })
     }
 
     /// Rays, times and counts so far. Its image, device and warnings are the caller's to fill.
@@ -58,8 +74,35 @@ impl Survey {
         self.tally.report(&self.settings, &self.packed, &self.frame.plan)
     }
 
-    /// Traces samples `samples` of each of `pixels` (row * width + column). `None` if cancelled: then
-    /// nothing of this call counts.
+    /// Replicates of every pixel.
+    pub fn replicates(&self) -> usize {
+        self.settings.replicates as usize
+    }
+
+    /// Arithmetic of its kernels.
+    pub fn precision(&self) -> Precision {
+        self.settings.precision
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Cuts paths at other places from now on. `depth` is at most that of the settings it began with.
+    pub fn cut_at(&mut self, depth: u32, cutoff: f32) {
+        self.settings.depth = depth.min(self.deepest);
+        self.settings.cutoff = cutoff;
+        self.frame.cut_at(self.settings.depth, cutoff);
+    }
+
+    /// Seconds of device work so far.
+    pub fn device_seconds(&self) -> f64 {
+        self.tally.passes.values().map(|(_, seconds)| seconds).sum()
+    }
+
+    /// Traces samples `samples` of each of `pixels` (row * width + column). If it is cancelled, only the
+    /// first of them are there: as many as there are marks.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -68,7 +111,7 @@ impl Survey {
         pixels: &[u32],
         samples: Range<u32>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Traced>, RenderError> {
+    ) -> Result<Traced, RenderError> {
         let replicates = self.settings.replicates as usize;
         let mut traced = Traced {
             replicates,
@@ -77,7 +120,6 @@ impl Survey {
         };
         let each = u64::from(samples.end - samples.start);
         let total = pixels.len() as u64 * each;
-        let mut tally = Tally::default();
         let mut parts: Vec<&[u32]> = pixels.chunks(self.frame.plan.tile_pixels as usize).rev().collect();
         while let Some(list) = parts.pop() {
             let count = list.len() as u32;
@@ -86,12 +128,12 @@ impl Survey {
             let part = Part::listed(self.settings.width, count);
             let done = traced.marks.len() as u64 * each;
             match self.frame.samples(&part, samples.clone(), observer, done, total)? {
-                End::Done(n, _) if u64::from(n) < each => return Ok(None),
+                End::Done(n, _) if u64::from(n) < each => break,
                 End::Done(_, more) => {
                     let (film, marks) = self.frame.film(count)?;
                     traced.sums.extend(film.iter().map(sum));
                     traced.marks.extend(marks.iter().map(mark));
-                    tally.add(&more);
+                    self.tally.add(&more);
                 }
                 End::Overflow if self.frame.batch_samples > 1 => {
                     self.batch = (self.frame.batch_samples / 2).max(1).saturating_mul(count);
@@ -106,12 +148,11 @@ impl Survey {
                     parts.extend([second, first]);
                 }
             }
-            if observer.cancelled() && !parts.is_empty() {
-                return Ok(None);
+            if observer.cancelled() {
+                break;
             }
         }
-        self.tally.add(&tally);
-        Ok(Some(traced))
+        Ok(traced)
     }
 }
 

@@ -38,6 +38,9 @@ pub struct Timed {
     pub kernel: Kernel,
     /// At which depth.
     pub depth: u32,
+    /// Device seconds from the recorder's first timestamp to the end of the dispatch before it (of the
+    /// first in a submit: to its own start); None without a timestamp of its own.
+    pub begin: Option<f64>,
     /// Seconds from the end of the one before it to its own closing barrier.
     pub seconds: f64,
 }
@@ -55,6 +58,10 @@ pub struct Recorder {
     labels: Option<ash::ext::debug_utils::Device>,
     workgroup: u32,
     recorded: Vec<(Kernel, u32)>,
+    /// The first timestamp of all.
+    epoch: Option<u64>,
+    /// Before the last submit and after its fence.
+    submitted: Option<[Instant; 2]>,
     /// For a test of the tests: the barrier after this kernel is left out.
     omitted_barrier: Option<Kernel>,
 }
@@ -78,6 +85,8 @@ impl Recorder {
             labels: device.labels(),
             workgroup,
             recorded: Vec::new(),
+            epoch: None,
+            submitted: None,
             omitted_barrier: None,
         };
         recorder.create(pipelines, buffers)?;
@@ -326,11 +335,14 @@ impl Recorder {
             .map_err(|r| lost(r, &self.recorded))?;
         // SAFETY: the fence belongs to the submit above.
         unsafe { raw.wait_for_fences(&[self.fence], true, u64::MAX) }.map_err(|r| lost(r, &self.recorded))?;
-        let wall = start.elapsed().as_secs_f64();
+        let end = Instant::now();
+        self.submitted = Some([start, end]);
+        let wall = (end - start).as_secs_f64();
         // SAFETY: signalled, no submit pending.
         unsafe { raw.reset_fences(&[self.fence]) }.map_err(call("vkResetFences", "frame"))?;
         let count = self.recorded.len();
         let mut seconds = vec![wall / count.max(1) as f64; count];
+        let mut begins = vec![None; count];
         if self.queries != vk::QueryPool::null() && count > 0 {
             let timed = count.min(DISPATCHES_MAX);
             let mut ticks = vec![0u64; timed + 1];
@@ -344,6 +356,10 @@ impl Recorder {
             for (s, pair) in seconds.iter_mut().zip(ticks.windows(2)) {
                 *s = (pair[1].wrapping_sub(pair[0]) & mask) as f64 * period;
             }
+            let epoch = *self.epoch.get_or_insert(ticks[0]);
+            for (begin, tick) in begins.iter_mut().zip(&ticks[..timed]) {
+                *begin = Some((tick.wrapping_sub(epoch) & mask) as f64 * period);
+            }
             let measured: f64 = seconds[..timed].iter().sum();
             let rest = (wall - measured).max(0.0) / (count - timed).max(1) as f64;
             seconds[timed..].fill(rest);
@@ -351,9 +367,19 @@ impl Recorder {
         Ok(self
             .recorded
             .iter()
-            .zip(seconds)
-            .map(|((kernel, depth), seconds)| Timed { kernel: *kernel, depth: *depth, seconds })
+            .zip(begins.into_iter().zip(seconds))
+            .map(|((kernel, depth), (begin, seconds))| Timed {
+                kernel: *kernel,
+                depth: *depth,
+                begin,
+                seconds,
+            })
             .collect())
+    }
+
+    /// Host times just before the last submit and just after its end was seen.
+    pub fn submitted(&self) -> Option<[Instant; 2]> {
+        self.submitted
     }
 
     /// All bytes of a buffer, through staging, waiting.

@@ -74,7 +74,7 @@ impl Record {
         let mut text = String::from(
             "name,samples,sampler,depth,cutoff,precision,origin,seed,fresnel,spheres,width,height,repeats,\
              render_seconds,render_iqr,device_seconds,device_iqr,primary,reflection,refraction,shadow,rmse,\
-             rmse_sampling,rmse_limit,mean_abs,max_abs,p999,psnr,code_mean,code_max,rmse_rounding,truth_error,truth_cut,\
+             rmse_sampling,rmse_limit,mean_abs,max_abs,p999,psnr,flip,code_mean,code_max,rmse_rounding,truth_error,truth_truncation,\
              efficiency,on_front,linear_sha256\n",
         );
         for row in &self.rows {
@@ -100,13 +100,18 @@ impl Record {
             cells.extend([r.primary, r.reflection, r.refraction, r.shadow].map(|n| n.to_string()));
             let maybe = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
             match &row.error {
-                None => cells.extend(std::iter::repeat_n(String::new(), 12)),
+                None => cells.extend(std::iter::repeat_n(String::new(), 13)),
                 Some(e) => {
                     let m = &e.metrics;
                     cells.extend([e.total.to_string(), maybe(e.sampling), maybe(e.limit)]);
                     cells.extend([m.mean_abs, m.max_abs, m.p999].map(|x| x.to_string()));
-                    cells.extend([maybe(m.psnr), m.code_mean.to_string(), m.code_max.to_string()]);
-                    cells.extend([maybe(e.rounding), e.truth.to_string(), maybe(e.truth_cut)]);
+                    cells.extend([
+                        maybe(m.psnr),
+                        e.flip.to_string(),
+                        m.code_mean.to_string(),
+                        m.code_max.to_string(),
+                    ]);
+                    cells.extend([maybe(e.rounding), e.truth.to_string(), maybe(e.truth_truncation)]);
                 }
             }
             cells.extend([maybe(row.efficiency), row.on_front.to_string(), row.image.linear_sha256.clone()]);

@@ -1,6 +1,7 @@
 //! One object a row: a point, timed and judged, under the names of the render report.
 
 use super::point::Words;
+use crate::measure::flip;
 use crate::measure::metrics::{Metrics, Rgb, SizeMismatch, compare};
 use crate::measure::stats::quartiles;
 use crate::report::{
@@ -52,8 +53,10 @@ pub struct ErrorInfo {
     pub truth: f64,
     /// Root mean square difference from the picture of the same settings in f64, if the sweep has it.
     pub rounding: Option<f64>,
-    /// Share of the throughput that the truth itself cuts, if it is known.
-    pub truth_cut: Option<f64>,
+    /// What the truth's own depth can hide: a bound on the RMSE, if it is known.
+    pub truth_truncation: Option<f64>,
+    /// Mean of the FLIP map (Andersson et al. 2020) at its authors' viewing distance.
+    pub flip: f64,
     /// All of the figures.
     #[serde(flatten)]
     pub metrics: Metrics,
@@ -104,8 +107,21 @@ pub struct Row {
 impl Row {
     /// A row of what was rendered; not judged.
     pub fn new(key: String, name: String, point: Words, report: Report, measured: Measured) -> Row {
-        let Report { program, device, scene, settings, plan, time, rays, passes, counters, warnings, image } =
-            report;
+        // Its own `error` is another thing: what a render asked for it says of itself.
+        let Report {
+            program,
+            device,
+            scene,
+            settings,
+            plan,
+            time,
+            rays,
+            passes,
+            counters,
+            warnings,
+            image,
+            ..
+        } = report;
         let time = TimeInfo { device: measured.device.median, render: measured.render.median, ..time };
         Row {
             key,
@@ -138,24 +154,37 @@ impl Row {
     }
 }
 
-/// Judges an image. `truth_error` is the truth's standard error, `truth_cut` what it cuts, `limit` what
+/// Judges an image. `truth_error` is the truth's standard error, `truth_truncation` what
+/// its depth can hide, `limit` what
 /// infinitely many samples would leave.
 ///
 /// # Errors
 /// If the images have different sizes.
-pub fn judge<A: Rgb>(
+pub fn judge<A: Rgb + Sync>(
     image: &[A],
     truth: &[DVec3],
+    width: usize,
     truth_error: f64,
-    truth_cut: Option<f64>,
+    truth_truncation: Option<f64>,
     limit: Option<f64>,
 ) -> Result<ErrorInfo, SizeMismatch> {
     let metrics = compare(image, truth)?;
+    let flip = flip::mean(&flip::flip(image, truth, width, flip::PIXELS_PER_DEGREE)?);
     let total = metrics.rmse;
     // The truth's noise is independent of the image's, so their squares add up.
     let sampling = limit.map(|l| (total * total - l * l - truth_error * truth_error).max(0.0).sqrt());
     let kind = "rmse".into();
-    Ok(ErrorInfo { kind, total, sampling, limit, rounding: None, truth: truth_error, truth_cut, metrics })
+    Ok(ErrorInfo {
+        kind,
+        total,
+        sampling,
+        limit,
+        rounding: None,
+        truth: truth_error,
+        truth_truncation,
+        flip,
+        metrics,
+    })
 }
 
 #[cfg(test)]
@@ -170,21 +199,21 @@ mod tests {
     #[test]
     fn a_wrong_truth_shows_as_error() {
         let image: Vec<[f32; 3]> = truth().iter().map(|p| p.to_array().map(|x| x as f32)).collect();
-        let right = judge(&image, &truth(), 0.0, None, None).unwrap();
+        let right = judge(&image, &truth(), 10, 0.0, None, None).unwrap();
         assert!(right.total < 1e-7, "{right:?}");
         let swapped: Vec<DVec3> = truth().iter().map(|p| DVec3::new(p.z, p.y, p.x)).collect();
-        let wrong = judge(&image, &swapped, 0.0, None, None).unwrap();
-        assert!(wrong.total > 0.3 && wrong.metrics.max_abs > 0.9, "{wrong:?}");
-        assert!(judge(&image[1..], &truth(), 0.0, None, None).is_err());
+        let wrong = judge(&image, &swapped, 10, 0.0, None, None).unwrap();
+        assert!(wrong.total > 0.3 && wrong.flip > 0.1 && wrong.metrics.max_abs > 0.9, "{wrong:?}");
+        assert!(judge(&image[1..], &truth(), 10, 0.0, None, None).is_err());
     }
 
     #[test]
     fn the_parts_add_up_as_squares() {
         let image: Vec<[f32; 3]> = truth().iter().map(|p| p.to_array().map(|x| x as f32 * 0.8)).collect();
-        let e = judge(&image, &truth(), 0.01, None, Some(0.05)).unwrap();
+        let e = judge(&image, &truth(), 10, 0.01, None, Some(0.05)).unwrap();
         let sum = e.sampling.unwrap().powi(2) + e.limit.unwrap().powi(2) + e.truth.powi(2);
         assert!((sum - e.total * e.total).abs() < 1e-12);
         // A limit above the whole leaves nothing, not a root of something negative.
-        assert_eq!(judge(&image, &truth(), 0.0, None, Some(9.0)).unwrap().sampling, Some(0.0));
+        assert_eq!(judge(&image, &truth(), 10, 0.0, None, Some(9.0)).unwrap().sampling, Some(0.0));
     }
 }

@@ -5,11 +5,13 @@ use super::point::{Law, Point, Words};
 use super::record::Record;
 use super::row::{Measured, Row, Spread, judge};
 use super::trace::{SweepError, Tracer, Watched};
-use super::truth::{Identity, REPLICATES, Truth, limit_error, mean_cut};
+use super::truth::{Identity, REPLICATES, Truth, hidden_by_depth, limit_error};
 use crate::atomic_file;
 use crate::image::{Format, Metadata, View, linear_sha256};
+use crate::measure::limit::radiance_limit;
 use crate::measure::metrics::compare;
 use crate::measure::samples::{Source, Traced};
+use crate::measure::truncation::TruncationBound;
 use crate::render::{Observer, Rendered, Renderer};
 use crate::report::ProgramInfo;
 use crate::sampler::Sampler;
@@ -30,8 +32,8 @@ const WRITE_SECONDS: f64 = 5.0;
 const DEEPEST: u32 = 64;
 /// Times that a truth is asked to be better still.
 const ROUNDS: u32 = 6;
-/// Cut throughput that is negligible: of a light of 1 a thousandth of an 8-bit code's 4e-3.
-const NEGLIGIBLE_CUT: f64 = 4e-6;
+/// An RMSE that a truth's depth may hide without going deeper: a thousandth of an 8-bit code.
+const NEGLIGIBLE: f64 = 4e-6;
 /// Samples a pixel that say how much a depth cuts.
 const CUT_SAMPLES: u32 = REPLICATES;
 /// Samples a pixel behind what infinitely many samples would leave; the same in both pictures, so their noise
@@ -324,7 +326,7 @@ impl<'a> Work<'a> {
         &self,
         renderer: &mut Renderer,
         observer: &mut dyn Observer,
-    ) -> Result<(u32, Option<f64>), SweepError> {
+    ) -> Result<(u32, Option<TruncationBound>), SweepError> {
         if !self.double {
             // The oracle does not say what it cuts; it goes as deep as any truth.
             return Ok((DEEPEST, None));
@@ -332,12 +334,13 @@ impl<'a> Work<'a> {
         let deepest =
             self.plan.points.iter().map(|p| p.depth).max().unwrap_or(1).max(self.plan.scene.render.depth);
         let mut depth = deepest.max(8);
+        let limit = radiance_limit(&self.judged_by);
         loop {
             let mut tracer = self.tracer(renderer, &self.truth_settings(depth))?;
             let traced = watched(&mut tracer, observer).trace(&self.pixels(), 0..CUT_SAMPLES)?;
-            let cut = mean_cut(&traced, CUT_SAMPLES);
-            if cut <= NEGLIGIBLE_CUT || depth >= DEEPEST {
-                return Ok((depth, Some(cut)));
+            let hidden = hidden_by_depth(&traced, CUT_SAMPLES, &limit);
+            if hidden.rms <= NEGLIGIBLE || depth >= DEEPEST {
+                return Ok((depth, Some(hidden)));
             }
             depth = (2 * depth).min(DEEPEST);
         }
@@ -383,8 +386,8 @@ impl<'a> Work<'a> {
             Some(truth) => truth,
             None => {
                 let mut observer = watch.begin("depth of the truth");
-                let (depth, cut) = self.depth(renderer, observer.as_mut())?;
-                Truth::new(self.identity(depth), cut)
+                let (depth, hidden) = self.depth(renderer, observer.as_mut())?;
+                Truth::new(self.identity(depth), hidden)
             }
         };
         let mut tracer = self.tracer(renderer, &self.truth_settings(truth.identity.depth))?;
@@ -440,7 +443,7 @@ impl<'a> Work<'a> {
         let noise = truth.standard_error();
         let mut smallest = f64::INFINITY;
         for row in &record.rows {
-            let total = judge(&self.picture(row)?, &linear, noise, truth.cut, None)?.total;
+            let total = compare(&self.picture(row)?, &linear)?.rmse;
             // Half of the noise stays: a difference of two near equals says little.
             let own = (total * total - noise * noise).max(noise * noise / 4.0).sqrt();
             smallest = smallest.min(own);
@@ -491,6 +494,7 @@ impl<'a> Work<'a> {
     }
 
     fn judge(&self, record: &mut Record, truth: &Truth) -> Result<(), SweepError> {
+        let width = self.plan.base.width as usize;
         let linear = truth.linear();
         let noise = truth.standard_error();
         let exact: Vec<Row> =
@@ -500,7 +504,8 @@ impl<'a> Work<'a> {
             let key = point.map(|p| limit_key(&self.plan.base, truth.identity.depth, p));
             let limit = key.and_then(|k| record.limits.get(&k).copied());
             let image = self.picture(row)?;
-            let mut error = judge(&image, &linear, noise, truth.cut, limit)?;
+            let hidden = truth.truncation.as_ref().map(|t| t.rms);
+            let mut error = judge(&image, &linear, width, noise, hidden, limit)?;
             let in_double = Words { precision: Precision::Double.name().into(), ..row.point.clone() };
             if let Some(other) = exact.iter().find(|r| r.point == in_double) {
                 error.rounding = Some(compare(&image, &self.picture(other)?)?.rmse);

@@ -96,7 +96,8 @@ impl Source for Watched<'_> {
         match self.tracer {
             Tracer::Device(survey) => {
                 let traced = survey.trace(pixels, samples, &mut Silent(self.observer))?;
-                traced.filter(|_| !self.observer.cancelled()).ok_or(SweepError::Stopped)
+                let whole = traced.marks.len() == pixels.len();
+                if whole && !self.observer.cancelled() { Ok(traced) } else { Err(SweepError::Stopped) }
             }
             Tracer::Oracle(oracle, settings) => {
                 let traced = by_oracle(oracle, settings, pixels, samples);

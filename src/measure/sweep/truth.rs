@@ -2,7 +2,9 @@
 //! its own standard error is small. The error comes from replicates: each is an estimate of its own, so
 //! their spread needs no model (Owen, "Monte Carlo Theory, Methods and Examples", chapter 17.6).
 
+use crate::measure::limit::RadianceLimit;
 use crate::measure::samples::{Source, Traced};
+use crate::measure::truncation::{TruncationBound, truncation};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -42,9 +44,8 @@ pub struct Identity {
 pub struct Truth {
     /// What it is of.
     pub identity: Identity,
-    /// Of the throughput of all light, the share in paths deeper than the truth's: mean over the pixels.
-    /// `None` if its tracer does not say.
-    pub cut: Option<f64>,
+    /// What lies beyond its depth; `None` if its tracer does not say.
+    pub truncation: Option<TruncationBound>,
     /// Sum of replicate r of pixel i at `i * REPLICATES + r`.
     sums: Vec<[f64; 3]>,
     /// Samples of each pixel, a multiple of [`REPLICATES`].
@@ -63,17 +64,22 @@ pub struct TruthInfo {
     pub samples_most: u32,
     /// Root mean square of the pixels' standard errors, linear light.
     pub standard_error: f64,
-    /// Share of the throughput that is cut at its depth; missing if its tracer does not say.
-    pub cut_throughput: Option<f64>,
+    /// What lies beyond its depth, at most; missing if its tracer does not say.
+    pub truncation: Option<TruncationBound>,
     /// True if the standard error is under a tenth of the smallest error judged by it.
     pub converged: bool,
 }
 
 impl Truth {
     /// No sample yet.
-    pub fn new(identity: Identity, cut: Option<f64>) -> Truth {
+    pub fn new(identity: Identity, truncation: Option<TruncationBound>) -> Truth {
         let pixels = identity.width as usize * identity.height as usize;
-        Truth { identity, cut, sums: vec![[0.0; 3]; pixels * REPLICATES as usize], counts: vec![0; pixels] }
+        Truth {
+            identity,
+            truncation,
+            sums: vec![[0.0; 3]; pixels * REPLICATES as usize],
+            counts: vec![0; pixels],
+        }
     }
 
     /// Mean of each pixel, linear RGB, unclamped.
@@ -165,7 +171,7 @@ impl Truth {
             samples_mean: total as f64 / self.counts.len().max(1) as f64,
             samples_most: self.counts.iter().copied().max().unwrap_or(0),
             standard_error,
-            cut_throughput: self.cut,
+            truncation: self.truncation.clone(),
             converged: standard_error <= smallest_error / 10.0,
         }
     }
@@ -178,7 +184,7 @@ impl Truth {
         let body = self.body();
         let header = Header {
             truth: self.identity.clone(),
-            cut: self.cut,
+            truncation: self.truncation.clone(),
             sha256: format!("{:x}", Sha256::digest(&body)),
         };
         serde_json::to_writer(&mut *out, &header)?;
@@ -200,7 +206,7 @@ impl Truth {
         if header.truth != *identity {
             return Ok(None);
         }
-        let mut truth = Truth::new(header.truth, header.cut);
+        let mut truth = Truth::new(header.truth, header.truncation);
         let mut body = Vec::new();
         from.read_to_end(&mut body)?;
         let (sums, counts) = (truth.sums.len() * 24, truth.counts.len() * 4);
@@ -226,7 +232,7 @@ impl Truth {
 #[derive(Debug, Serialize, Deserialize)]
 struct Header {
     truth: Identity,
-    cut: Option<f64>,
+    truncation: Option<TruncationBound>,
     sha256: String,
 }
 
@@ -273,10 +279,14 @@ pub fn limit_error(a: &Traced, b: &Traced, samples: u32) -> f64 {
     (square / channels.max(1) as f64).max(0.0).sqrt()
 }
 
-/// Mean throughput that was cut, per sample.
-pub fn mean_cut(traced: &Traced, samples: u32) -> f64 {
-    let cut: f64 = traced.marks.iter().map(|m| m.cut).sum();
-    cut / (traced.marks.len().max(1) as f64 * f64::from(samples))
+/// What the depth of a survey hides at most, from `samples` of each pixel.
+pub fn hidden_by_depth(traced: &Traced, samples: u32, limit: &RadianceLimit) -> TruncationBound {
+    let n = f64::from(samples);
+    let pixels = traced.sums.chunks(traced.replicates.max(1)).zip(&traced.marks).map(|(sums, mark)| {
+        let mean = sums.iter().map(|s| DVec3::from(*s)).sum::<DVec3>() / n;
+        (mean.to_array(), mark.cut / n)
+    });
+    truncation(pixels, limit)
 }
 
 #[cfg(test)]

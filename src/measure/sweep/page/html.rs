@@ -1,6 +1,7 @@
 //! The page's text: one file that needs no other and no network.
 
-use super::pictures::{COLORS, LEAST, Shown};
+use super::pictures::{LEAST, Shown};
+use crate::image::heat::heat;
 use crate::measure::stats::{median, quartiles};
 use crate::measure::sweep::record::Record;
 use crate::measure::sweep::row::Row;
@@ -69,14 +70,14 @@ fn introduction(record: &Record) -> String {
                  errors do not depend on the kind of device.</p>\n";
     }
     let Some(t) = &record.truth else { return text };
-    let cut = match t.cut_throughput {
-        None => "an unknown share of the throughput".into(),
-        Some(0.0) => "no throughput at all".into(),
-        Some(c) => format!("{c:.1e} of the throughput"),
+    let hidden = match &t.truncation {
+        None => "what lies deeper is unknown".into(),
+        Some(h) if h.pixels == 0 => "no path goes deeper".into(),
+        Some(h) => format!("deeper paths hide an RMSE of at most {:.1e}", h.rms),
     };
     let _ = writeln!(
         text,
-        "<p>Truth: {}, depth {}, where it cuts {cut}; {:.0} Owen-scrambled samples a pixel on average, {} at most, in 16 \
+        "<p>Truth: {}, depth {} ({hidden}); {:.0} Owen-scrambled samples a pixel on average, {} at most, in 16 \
          replicates. Its own standard error is <b>{:.1e}</b> (RMSE){}. Errors are in linear light clamped to [0, 1]. \
          <i>Limit</i> is what infinitely many samples would leave of an error; <i>sampling</i> is the rest; \
          <i>rounding</i> is the difference from the same settings in f64. Efficiency is \
@@ -174,10 +175,11 @@ fn precisions(record: &Record) -> String {
 }
 
 fn gallery(pictures: &[Shown]) -> String {
-    let stops: Vec<String> = COLORS.iter().map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
+    let color = |i: u32| heat(f64::from(i) / 8.0);
+    let stops: Vec<String> = (0..=8).map(color).map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
     let mut text = format!(
         "<h2>Pictures</h2><p>Below each its largest channel's difference from the truth: \
-         {LEAST} <span class=\"ramp\" style=\"background:linear-gradient(90deg,{})\"></span> 1, one colour a decade, black below. \
+         {LEAST} <span class=\"ramp\" style=\"background:linear-gradient(90deg,{})\"></span> 1 in decades, black below. \
          The front, and the worst and the slowest point.</p>\n<div class=\"pictures\">",
         stops.join(",")
     );
@@ -223,6 +225,7 @@ fn rows(record: &Record) -> String {
         "max",
         "p99.9",
         "PSNR dB",
+        "FLIP",
         "codes mean",
         "max",
         "efficiency",
@@ -250,7 +253,7 @@ fn rows(record: &Record) -> String {
             cell(count as f64, short(count as f64));
         }
         match &row.error {
-            None => text += &"<td>-</td>".repeat(12),
+            None => text += &"<td>-</td>".repeat(13),
             Some(e) => {
                 let m = &e.metrics;
                 let known = |x: Option<f64>| x.unwrap_or(f64::INFINITY);
@@ -262,6 +265,7 @@ fn rows(record: &Record) -> String {
                     cell(x, error(Some(x)));
                 }
                 cell(known(m.psnr), m.psnr.map_or("-".into(), |p| format!("{p:.1}")));
+                cell(e.flip, error(Some(e.flip)));
                 cell(m.code_mean, format!("{:.3}", m.code_mean));
                 cell(m.code_max.into(), m.code_max.to_string());
                 cell(row.efficiency.unwrap_or(0.0), error(row.efficiency));

@@ -1,5 +1,6 @@
 //! The pictures behind points, small, each with its difference from the truth in false colours.
 
+use crate::image::heat::heat;
 use crate::image::{Metadata, code8, png8};
 use crate::measure::metrics::Rgb;
 use crate::measure::sweep::record::Record;
@@ -15,10 +16,6 @@ const WIDEST: u32 = 320;
 const MOST: usize = 8;
 /// What the false colours span: from here to 1, in decades.
 pub(super) const LEAST: f64 = 1e-4;
-/// From [`LEAST`] to 1: five colours of viridis (Smith and van der Walt, 2015), lightness rising.
-pub(super) const COLORS: [[u8; 3]; 5] =
-    [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
-
 /// One picture of the page.
 pub(super) struct Shown {
     /// Over it.
@@ -95,15 +92,9 @@ fn largest(block: &[[f64; 3]]) -> [u8; 3] {
     false_color(block.iter().map(|p| p[0]).fold(0.0, f64::max))
 }
 
-/// Black under [`LEAST`].
+/// Decades from [`LEAST`] to 1; black below.
 fn false_color(error: f64) -> [u8; 3] {
-    if error.is_nan() || error < LEAST {
-        return [0; 3];
-    }
-    let place = (1.0 - error.min(1.0).log10() / LEAST.log10()) * (COLORS.len() - 1) as f64;
-    let (low, share) = (place.floor() as usize, place.fract());
-    let (a, b) = (COLORS[low], COLORS[(low + 1).min(COLORS.len() - 1)]);
-    std::array::from_fn(|c| (f64::from(a[c]) * (1.0 - share) + f64::from(b[c]) * share).round() as u8)
+    heat(1.0 - error.log10() / LEAST.log10())
 }
 
 /// Blocks of `factor` by `factor` pixels, fewer at the far edges, each through `to_code`.
@@ -135,12 +126,11 @@ mod tests {
 
     #[test]
     fn false_colours_span_the_decades() {
-        assert_eq!(false_color(LEAST * 0.99), [0; 3]);
+        assert_eq!((false_color(0.0), false_color(LEAST)), (heat(0.0), heat(0.0)));
         assert_eq!(
-            (false_color(LEAST), false_color(1.0), false_color(7.0)),
-            (COLORS[0], COLORS[4], COLORS[4])
+            (false_color(1e-2), false_color(1.0), false_color(7.0)),
+            (heat(0.5), heat(1.0), heat(1.0))
         );
-        assert_eq!(false_color(1e-2), COLORS[2]);
     }
 
     #[test]
@@ -148,7 +138,7 @@ mod tests {
         let mut apart = vec![[0.0; 3]; 12];
         apart[5] = [1.0; 3];
         let rgb = shrunk(&apart, 4, 2, largest);
-        assert_eq!((&rgb[..3], &rgb[3..6]), (&COLORS[4][..], &[0; 3][..]));
+        assert_eq!((&rgb[..3], &rgb[3..6]), (&heat(1.0)[..], &heat(0.0)[..]));
         assert_eq!(rgb.len(), 2 * 2 * 3, "the last band is half as high");
     }
 

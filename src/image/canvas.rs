@@ -3,37 +3,37 @@
 use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
 
 /// sRGB codes.
-pub(super) type Color = [u8; 3];
+pub(crate) type Color = [u8; 3];
 
 /// Pixels of a glyph's side before scaling.
 const GLYPH: u32 = 8;
 
 /// Rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Canvas {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) rgb: Vec<u8>,
+pub(crate) struct Canvas {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) rgb: Vec<u8>,
 }
 
 /// Pixels that `text` takes at a scale.
-pub(super) fn text_width(text: &str, scale: u32) -> u32 {
+pub(crate) fn text_width(text: &str, scale: u32) -> u32 {
     text.chars().count() as u32 * GLYPH * scale
 }
 
 /// Pixels of a line of text.
-pub(super) const fn text_height(scale: u32) -> u32 {
+pub(crate) const fn text_height(scale: u32) -> u32 {
     GLYPH * scale
 }
 
 impl Canvas {
-    pub(super) fn new(width: u32, height: u32, ground: Color) -> Canvas {
+    pub(crate) fn new(width: u32, height: u32, ground: Color) -> Canvas {
         let pixels = width as usize * height as usize;
         Canvas { width, height, rgb: ground.repeat(pixels) }
     }
 
     /// Fills a rectangle; what lies outside is dropped.
-    pub(super) fn fill(&mut self, [x, y]: [u32; 2], [width, height]: [u32; 2], color: Color) {
+    pub(crate) fn fill(&mut self, [x, y]: [u32; 2], [width, height]: [u32; 2], color: Color) {
         for row in y..y.saturating_add(height).min(self.height) {
             for column in x..x.saturating_add(width).min(self.width) {
                 self.set([column, row], color);
@@ -42,14 +42,14 @@ impl Canvas {
     }
 
     /// Copies a picture; what lies outside is dropped.
-    pub(super) fn paste(&mut self, [x, y]: [u32; 2], picture: &Canvas) {
+    pub(crate) fn paste(&mut self, [x, y]: [u32; 2], picture: &Canvas) {
         for (index, pixel) in (0u32..).zip(picture.rgb.as_chunks::<3>().0) {
             self.set([x + index % picture.width, y + index / picture.width], *pixel);
         }
     }
 
     /// One line of text, top left corner at `x, y`; characters the font lacks become `?`.
-    pub(super) fn text(&mut self, [x, y]: [u32; 2], text: &str, scale: u32, color: Color) {
+    pub(crate) fn text(&mut self, [x, y]: [u32; 2], text: &str, scale: u32, color: Color) {
         for (place, letter) in (0u32..).zip(text.chars()) {
             let glyph = BASIC_FONTS.get(letter).or_else(|| LATIN_FONTS.get(letter)).or(BASIC_FONTS.get('?'));
             for (row, bits) in (0u32..).zip(glyph.unwrap_or_default()) {
