@@ -396,18 +396,14 @@ impl<'a> Work<'a> {
         }
         // A better truth may show that the smallest error is smaller than it seemed.
         for _ in 0..ROUNDS {
-            let before = truth.standard_error();
             let target = self.smallest_error(record, &truth)? / 10.0;
-            if before <= target {
+            if !truth.can_improve(target, self.plan.truth_samples) {
                 break;
             }
             let ended = self.refine(&mut truth, &mut tracer, target, self.plan.truth_samples, watch);
             record.truth = Some(truth.info(self.smallest_error(record, &truth)?));
             self.write_json(record)?;
             ended?;
-            if truth.standard_error() >= before {
-                break;
-            }
         }
         record.truth = Some(truth.info(self.smallest_error(record, &truth)?));
         let info = record.truth.clone().unwrap_or_default();

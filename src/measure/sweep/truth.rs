@@ -105,6 +105,28 @@ impl Truth {
         (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt()
     }
 
+    /// True if more samples would be traced for that.
+    pub fn can_improve(&self, target: f64, most: u32) -> bool {
+        !self.wanting(target, cap(most)).is_empty()
+    }
+
+    /// The pixels that need more samples for a standard error of `target` and have fewer than `most`, by
+    /// how many they have: those of equal counts go on together.
+    fn wanting(&self, target: f64, most: u32) -> BTreeMap<u32, Vec<u32>> {
+        let variances = self.variances();
+        let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        if variances.iter().sum::<f64>() <= target * target * variances.len() as f64 {
+            return groups;
+        }
+        let least = (LEAVES * target).powi(2);
+        for ((pixel, variance), count) in (0u32..).zip(&variances).zip(&self.counts) {
+            if *variance > least && *count < most {
+                groups.entry(*count).or_default().push(pixel);
+            }
+        }
+        groups
+    }
+
     /// Samples until the standard error is at most `target`, or every pixel that matters has `most`.
     /// `after` is told after each part, with the source, samples traced and samples planned for this round.
     ///
@@ -117,21 +139,9 @@ impl Truth {
         most: u32,
         after: &mut dyn FnMut(&mut S, u64, u64),
     ) -> Result<(), S::Error> {
-        let most = most.max(FIRST) / REPLICATES * REPLICATES;
+        let most = cap(most);
         loop {
-            let variances = self.variances();
-            let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
-            if mean <= target * target {
-                return Ok(());
-            }
-            let least = (LEAVES * target).powi(2);
-            // Pixels of equal counts go on together.
-            let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-            for ((pixel, variance), count) in (0u32..).zip(&variances).zip(&self.counts) {
-                if *variance > least && *count < most {
-                    groups.entry(*count).or_default().push(pixel);
-                }
-            }
+            let groups = self.wanting(target, most);
             if groups.is_empty() {
                 return Ok(());
             }
@@ -234,6 +244,11 @@ struct Header {
     truth: Identity,
     truncation: Option<TruncationBound>,
     sha256: String,
+}
+
+/// A cap on a pixel's samples as it is kept: whole rounds of replicates, and never less than the first.
+fn cap(most: u32) -> u32 {
+    most.max(FIRST) / REPLICATES * REPLICATES
 }
 
 /// Mean over the channels of the squared standard error of a pixel's mean, from its replicates' sums.
