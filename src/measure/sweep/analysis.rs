@@ -1,7 +1,7 @@
 //! What rows say together: the front of time against error, the cheapest point for an error, the slope of
 //! error against samples, and whether twice the samples take twice the time.
 
-use super::row::Row;
+use super::row::{ErrorInfo, Row};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -119,29 +119,41 @@ pub fn theory(sampler: &str) -> (&'static str, f64) {
     }
 }
 
-/// (samples, sampling error) of each line, seeds averaged as squares. Without the one sample at the
-/// pixel's centre, which is no random sample, and without errors that the truth's own noise drowns.
-pub fn lines(rows: &[Row]) -> BTreeMap<String, (Row, Vec<(f64, f64)>)> {
-    let mut sums: BTreeMap<String, (Row, BTreeMap<u32, (f64, u32)>)> = BTreeMap::new();
-    for row in rows {
-        let Some(error) = &row.error else { continue };
-        let Some(sampling) = error.sampling.filter(|s| *s > error.truth) else { continue };
-        if row.point.samples < 2 {
-            continue;
+/// Rows that differ in samples and seed alone.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// One of them.
+    pub row: Row,
+    /// (samples, sampling error), by samples; seeds averaged as squares.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// All lines, without the one sample at the pixel's centre, which is no random sample, and without errors
+/// that the truth's own noise drowns.
+pub fn lines(rows: &[Row]) -> Vec<Line> {
+    let mut groups: BTreeMap<String, Vec<(&Row, f64)>> = BTreeMap::new();
+    for row in rows.iter().filter(|r| r.point.samples > 1) {
+        let drowned = |e: &ErrorInfo| e.sampling.filter(|s| *s > e.truth);
+        if let Some(sampling) = row.error.as_ref().and_then(drowned) {
+            let key = serde_json::to_string(&row.point.line()).unwrap_or_default();
+            groups.entry(key).or_default().push((row, sampling));
         }
-        let key = serde_json::to_string(&row.point.line()).unwrap_or_default();
-        let (_, line) = sums.entry(key).or_insert_with(|| (row.clone(), BTreeMap::new()));
-        let (square, count) = line.entry(row.point.samples).or_default();
-        *square += sampling * sampling;
-        *count += 1;
     }
-    let root = |(n, (square, count)): (u32, (f64, u32))| (f64::from(n), (square / f64::from(count)).sqrt());
-    sums.into_iter().map(|(key, (row, line))| (key, (row, line.into_iter().map(root).collect()))).collect()
+    let line = |group: Vec<(&Row, f64)>| {
+        let mut squares: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+        for (row, sampling) in &group {
+            squares.entry(row.point.samples).or_default().push(sampling * sampling);
+        }
+        let root = |list: &[f64]| (list.iter().sum::<f64>() / list.len() as f64).sqrt();
+        let points = squares.iter().map(|(n, list)| (f64::from(*n), root(list))).collect();
+        group.first().map(|(row, _)| Line { row: (*row).clone(), points })
+    };
+    groups.into_values().filter_map(line).collect()
 }
 
 /// The slope of every line of two points or more.
 pub fn slopes(rows: &[Row], describe: &dyn Fn(&Row) -> String) -> Vec<Slope> {
-    let of = |(row, points): (Row, Vec<(f64, f64)>)| {
+    let of = |Line { row, points }: Line| {
         let logs: Vec<(f64, f64)> = points.iter().map(|(n, e)| (n.ln(), e.ln())).collect();
         let (fitted, uncertainty) = fit(&logs)?;
         Some(Slope {
@@ -153,7 +165,7 @@ pub fn slopes(rows: &[Row], describe: &dyn Fn(&Row) -> String) -> Vec<Slope> {
             theory: theory(&row.point.sampler).0.into(),
         })
     };
-    lines(rows).into_values().filter_map(of).collect()
+    lines(rows).into_iter().filter_map(of).collect()
 }
 
 /// Every pair of rows that differ only in n against 2n samples.
@@ -180,7 +192,7 @@ pub fn doublings(rows: &[Row]) -> Vec<Doubling> {
 #[cfg(test)]
 mod tests {
     use super::super::point::Words;
-    use super::super::row::{ErrorInfo, Measured, Spread};
+    use super::super::row::{Measured, Spread};
     use super::*;
 
     fn row(samples: u32, seconds: f64, rmse: f64) -> Row {
@@ -241,7 +253,7 @@ mod tests {
     fn seeds_are_averaged_as_squares() {
         let mut rows = vec![row(2, 1.0, 0.3), row(2, 1.0, 0.4), row(4, 1.0, 0.1)];
         rows[1].point.seed = 1;
-        let line = lines(&rows).into_values().next().unwrap().1;
+        let line = lines(&rows).remove(0).points;
         assert!((line[0].1 - 0.125f64.sqrt()).abs() < 1e-15 && line.len() == 2);
     }
 

@@ -1,10 +1,9 @@
 //! The plots of a sweep.
 
-use crate::measure::sweep::analysis::{fit, lines, theory};
+use crate::measure::sweep::analysis::{Line, fit, lines, theory};
 use crate::measure::sweep::record::Record;
 use crate::measure::sweep::row::Row;
 use crate::plot::{Axis, Chart, Legend, Look, Scale, Series};
-use std::collections::BTreeMap;
 
 /// Axes by which points may be coloured, the most telling first.
 const COLORED: [&str; 6] = ["sampler", "precision", "fresnel", "spheres", "depth", "origin"];
@@ -93,18 +92,14 @@ fn time(record: &Record) -> Option<Chart> {
 /// Of each sampler the line whose limit is lowest: there the samples' own error shows furthest.
 fn samples(record: &Record) -> Option<Chart> {
     let limit = |row: &Row| row.error.as_ref().and_then(|e| e.limit).unwrap_or(f64::INFINITY);
-    let mut best: BTreeMap<String, (Row, Vec<(f64, f64)>)> = BTreeMap::new();
-    for (row, points) in lines(&record.rows).into_values().filter(|(_, p)| p.len() > 1) {
-        match best.get(&row.point.sampler) {
-            Some((known, _)) if limit(known) <= limit(&row) => {}
-            _ => {
-                best.insert(row.point.sampler.clone(), (row, points));
-            }
-        }
-    }
+    let all = lines(&record.rows);
+    let best = |sampler: &str| {
+        let of = all.iter().filter(|l| l.row.point.sampler == sampler && l.points.len() > 1);
+        of.min_by(|a, b| limit(&a.row).total_cmp(&limit(&b.row)))
+    };
     let mut series = Vec::new();
     for (color, sampler) in values(record, "sampler").into_iter().enumerate() {
-        let Some((_, points)) = best.remove(&sampler) else { continue };
+        let Some(Line { points, .. }) = best(&sampler).cloned() else { continue };
         let logs: Vec<(f64, f64)> = points.iter().map(|(n, e)| (n.ln(), e.ln())).collect();
         let slope = fit(&logs).map_or(String::new(), |(s, _)| format!(", slope {s:.2}"));
         let (n0, e0) = points[0];

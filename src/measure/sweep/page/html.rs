@@ -41,7 +41,7 @@ pub(super) fn page(record: &Record, plots: &[String], pictures: &[Shown]) -> Str
     text += &precisions(record);
     text += &gallery(pictures);
     text += &rows(record);
-    let _ = write!(text, "<script>{SCRIPT}</script></body></html>\n");
+    let _ = writeln!(text, "<script>{SCRIPT}</script></body></html>");
     text
 }
 
