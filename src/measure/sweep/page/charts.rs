@@ -216,7 +216,7 @@ fn epsilon(record: &Record) -> Option<Chart> {
         },
     ];
     let x = ("epsilon, metres along the ray", Scale::Decades);
-    chart("Error against a fixed epsilon", x, series, Legend::UpperLeft)
+    chart("Error against a fixed epsilon", x, series, Legend::UpperRight)
 }
 
 fn points(rows: &[(&Row, f64)], point: impl Fn(&Row, f64) -> Option<(f64, f64)>) -> Vec<(f64, f64)> {
