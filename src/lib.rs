@@ -33,6 +33,7 @@ pub mod report;
 pub mod timeline;
 pub mod sampler;
 pub mod cpu;
+mod plot;
 pub mod stress;
 pub mod measure;
 pub mod image;

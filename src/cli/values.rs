@@ -101,7 +101,7 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
 }
 
 /// A throughput in [0, 1).
-pub(super) fn cutoff(text: &str) -> Result<f32, String> {
+pub fn cutoff(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),
         _ => Err("the least throughput must be at least 0 and below 1; 0 cuts nothing".into()),

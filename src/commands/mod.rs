@@ -11,6 +11,7 @@ pub mod render;
 pub mod profile;
 mod state;
 pub mod stress;
+pub mod sweep;
 
 use crate::cli::{Cli, Command, Verbosity};
 use crate::scene::{self, Scene};
@@ -27,11 +28,21 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
+        Command::Sweep(args) => sweep::run(args, &mut Console::new(args.verbosity)),
         Command::Compare(args) => {
             compare::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
         }
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
+}
+
+/// The command line as it was given.
+fn command_line() -> String {
+    let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
+    std::iter::once("whitted".to_owned())
+        .chain(std::env::args().skip(1).map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Reads a scene; also the seconds that took.

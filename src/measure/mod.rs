@@ -13,6 +13,7 @@ pub mod quantile;
 pub mod samples;
 pub mod sampling;
 pub mod stats;
+pub mod sweep;
 #[cfg(test)]
 mod synthetic;
 pub mod truncation;

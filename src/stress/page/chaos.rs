@@ -1,11 +1,11 @@
 //! f32 against f64 along chains of reflections: from sphere to sphere an error grows by the curvature.
 
 use super::markdown::{number, percent, table};
-use super::plot::{Axis, Chart, Look, Series};
 use super::{PageError, running};
 use crate::frame::LocalFrame;
 use crate::generate::sphereflake;
 use crate::measure::stats::{geometric_mean, median};
+use crate::plot::{Axis, Chart, Legend, Look, Scale, Series};
 use crate::probe::ProbeRay;
 use crate::render::Renderer;
 use crate::scene::Scene;
@@ -280,7 +280,7 @@ impl Chaos {
     }
 
     pub(super) fn charts(&self) -> Vec<Chart> {
-        let x = || Axis { label: "depth", range: [1.0, DEPTH as f64], log: false };
+        let x = || Axis { label: "depth", range: [1.0, DEPTH as f64], scale: Scale::Linear };
         let depths = |value: &dyn Fn(&Row) -> f64| {
             self.rows.iter().enumerate().map(|(i, r)| (i as f64 + 1.0, value(r))).collect::<Vec<_>>()
         };
@@ -299,25 +299,25 @@ impl Chaos {
             Chart {
                 title: "Paths that differ from f64",
                 x: x(),
-                y: Axis { label: "% of paths", range: [1e-3, 100.0], log: true },
+                y: Axis { label: "% of paths", range: [1e-3, 100.0], scale: Scale::Decades },
                 series: vec![
                     line("fast", 1, share(0), Look::Thick),
                     line("robust", 0, share(1), Look::Marked),
                 ],
                 mark: None,
-                legend_low: false,
+                legend: Legend::UpperLeft,
             },
             Chart {
                 title: "Distance of robust from f64",
                 x: x(),
-                y: Axis { label: "local units", range: [1e-8, 1e-2], log: true },
+                y: Axis { label: "local units", range: [1e-8, 1e-2], scale: Scale::Decades },
                 series: vec![
                     line("median, paths that agree", 0, depths(&|r| r.distance), Look::Marked),
                     line("from depth 2, curvature", 3, predicted(&|r| r.curvature), Look::Plain),
                     line("from depth 2, with spread", 2, predicted(&|r| r.beam), Look::Plain),
                 ],
                 mark: None,
-                legend_low: false,
+                legend: Legend::UpperLeft,
             },
         ]
     }

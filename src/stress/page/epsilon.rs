@@ -2,13 +2,13 @@
 //! beside the spawn offset derived from the rounding of the hit point.
 
 use super::markdown::{number, percent, table};
-use super::plot::{Axis, Chart, Look, Series};
 use super::{PageError, running};
 use crate::cpu::oracle::Oracle;
 use crate::frame::LocalFrame;
 use crate::image::code8;
 use crate::measure::metrics::{Metrics, Rgb, compare};
 use crate::measure::stats::median;
+use crate::plot::{Axis, Chart, Legend, Look, Scale, Series};
 use crate::probe::ProbeRay;
 use crate::render::{Quiet, Renderer};
 use crate::sampler::Sampler;
@@ -232,7 +232,11 @@ impl Epsilon {
 
     pub(super) fn charts(&self) -> Vec<Chart> {
         let Some(bound) = self.bound() else { return Vec::new() };
-        let x = || Axis { label: "fixed epsilon, metres along the ray", range: [1e-9, 1.0], log: true };
+        let x = || Axis {
+            label: "fixed epsilon, metres along the ray",
+            range: [1e-9, 1.0],
+            scale: Scale::Decades,
+        };
         let line = |name: &str, color, value: &dyn Fn(&Point) -> f64| Series {
             name: name.into(),
             color,
@@ -251,7 +255,7 @@ impl Epsilon {
             Chart {
                 title: "Error of the image",
                 x: x(),
-                y: Axis { label: "linear light", range: [1e-9, 1.0], log: true },
+                y: Axis { label: "linear light", range: [1e-9, 1.0], scale: Scale::Decades },
                 series: vec![
                     line("RMSE", 0, &|p| p.full.rmse),
                     line("maximum", 1, &|p| p.full.max_abs),
@@ -259,18 +263,18 @@ impl Epsilon {
                     level("maximum with the error bound", 1, bound.full.max_abs),
                 ],
                 mark,
-                legend_low: true,
+                legend: Legend::LowerLeft,
             },
             Chart {
                 title: "Pixels wrong in direct light",
                 x: x(),
-                y: Axis { label: "% of pixels", range: [1e-3, 100.0], log: true },
+                y: Axis { label: "% of pixels", range: [1e-3, 100.0], scale: Scale::Decades },
                 series: vec![
                     line("too dark: acne", 3, &|p| p.dark as f64 / whole),
                     line("too light: leaks", 2, &|p| p.light as f64 / whole),
                 ],
                 mark,
-                legend_low: true,
+                legend: Legend::LowerLeft,
             },
         ]
     }

@@ -4,8 +4,8 @@ mod chaos;
 mod cost;
 mod epsilon;
 mod markdown;
-mod plot;
 
+use crate::plot;
 use crate::progress;
 use crate::render::{RenderError, Renderer};
 use crate::settings::Precision;
