@@ -107,6 +107,8 @@ impl Plan {
                 branching: u32::from(packed.branching),
                 loop_cap: per_light,
                 texels: 0,
+                loose_triangles: u32::from(packed.loose[0]),
+                loose_spheres: u32::from(packed.loose[1]),
                 few_known: 0,
                 few: [0; abi::FEW_WORDS],
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
@@ -207,11 +209,15 @@ impl Plan {
     /// scene anyhow, and loads are what its brute force spends its time on (ARCHITECTURE.md, "Figures").
     fn know_few(&mut self, packed: &Packed) {
         let spec = &mut self.specialisation;
-        if spec.use_bvh != 0 || packed.primitive_count() > abi::UNROLL_MAX as usize {
+        let outside = |loose: u32, count: u32| if spec.use_bvh == 0 || loose != 0 { count } else { 0 };
+        let triangles = outside(spec.loose_triangles, spec.triangle_count);
+        let spheres = outside(spec.loose_spheres, spec.sphere_count);
+        if triangles + spheres > abi::UNROLL_MAX {
             return;
         }
-        let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
-        let spheres = packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
+        let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat()).take(triangles as usize);
+        let spheres =
+            packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat()).take(spheres as usize);
         for (row, numbers) in spec.few.chunks_mut(abi::FEW_ROW as usize).zip(corners.chain(spheres)) {
             row.iter_mut().zip(numbers).for_each(|(word, x)| *word = (x as f32).to_bits());
         }

@@ -23,10 +23,12 @@ pub struct Variant {
     wide: bool,
     robust: bool,
     origin_fixed: bool,
+    /// Triangles beside a hierarchy of spheres, read through texel views.
+    loose: bool,
 }
 
-/// Everything on, everything off, and the report's way.
-pub fn variants() -> [(&'static str, Variant); 3] {
+/// Everything on, everything off, the report's way, and what a software device does apart.
+pub fn variants() -> [(&'static str, Variant); 4] {
     [
         (
             "brute force, branching",
@@ -41,6 +43,7 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: true,
                 robust: true,
                 origin_fixed: false,
+                loose: false,
             },
         ),
         (
@@ -56,6 +59,7 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: true,
                 origin_fixed: false,
+                loose: false,
             },
         ),
         (
@@ -71,6 +75,24 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 wide: false,
                 robust: false,
                 origin_fixed: true,
+                loose: false,
+            },
+        ),
+        (
+            "hierarchy of one kind, texels",
+            Variant {
+                workgroup: 64,
+                bvh: true,
+                smooth: true,
+                media: 2,
+                branching: true,
+                triangles: 6,
+                spheres: 60,
+                // Wide spheres take their places after the hierarchy is built.
+                wide: false,
+                robust: true,
+                origin_fixed: false,
+                loose: true,
             },
         ),
     ]
@@ -103,6 +125,8 @@ impl State {
             origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
             loop_cap: 7500,
+            texels: u32::from(v.loose),
+            loose_triangles: u32::from(v.loose),
             ..Specialisation::default()
         };
         let length = |buffer| match buffer {
@@ -283,7 +307,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
         .collect();
     let order: Vec<u32> = if v.bvh {
-        let built = bvh::build(&items);
+        let built = bvh::build(&items, [v.loose, false]);
         m.nodes = built.nodes.iter().map(Node::from).collect();
         // Equally many for every seed, so that one set of buffers serves all.
         m.nodes.resize(items.len(), Node::default());
