@@ -130,7 +130,13 @@ fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct]) -> String {
                 abi::FEW_AT as usize + i
             );
         }
-        let _ = writeln!(text, "#define FEW float[]({})", names.join(", "));
+        // Row by row, without an array: drivers take long to see through one of constants.
+        let vector = |at: usize| format!("vec3({})", names[at..at + 3].join(", "));
+        let rows = (0..abi::UNROLL_MAX as usize).map(|i| {
+            let at = i * abi::FEW_ROW as usize;
+            format!("X({i}u, {}, {}, {})", vector(at), vector(at + 3), vector(at + 6))
+        });
+        let _ = writeln!(text, "#define EACH_FEW(X) {}", rows.collect::<Vec<_>>().join(" "));
     }
     text.push_str("layout(scalar, push_constant) uniform push_block { Push push; };\n");
     text

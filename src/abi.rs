@@ -225,26 +225,35 @@ host {
         wide: uint,
     }
 
-    /// Two children of a binary BVH with their boxes, 64 bytes (f64: 112). Boxes are rounded outward and padded
-    /// (numerics.md, Boxes). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1) << 27 |
-    /// first primitive; a leaf holds triangles or spheres, never both.
+    /// Up to four children of a BVH with their boxes, 112 bytes (f64: 208). Boxes are rounded outward and
+    /// padded (numerics.md, Boxes). A child is an inner node's index, or a leaf: LEAF_BIT | (count - 1)
+    /// << 27 | first primitive; a leaf holds triangles or spheres, never both. An absent child has an
+    /// inverted box, which no ray enters.
     struct Node {
-        /// Least corner of the first child's box.
+        /// Least corner of child 0's box.
         lo_0: real3,
         /// Greatest corner of the same.
         hi_0: real3,
-        /// Least corner of the second child's box.
+        /// Least corner of child 1's box.
         lo_1: real3,
         /// Greatest corner of the same.
         hi_1: real3,
-        /// First child.
+        /// Least corner of child 2's box.
+        lo_2: real3,
+        /// Greatest corner of the same.
+        hi_2: real3,
+        /// Least corner of child 3's box.
+        lo_3: real3,
+        /// Greatest corner of the same.
+        hi_3: real3,
+        /// Child 0.
         child_0: uint,
-        /// Second child.
+        /// Child 1.
         child_1: uint,
-        /// Unused; keeps the size a multiple of 16.
-        pad_0: uint,
-        /// Unused.
-        pad_1: uint,
+        /// Child 2.
+        child_2: uint,
+        /// Child 3.
+        child_3: uint,
     }
 
     /// A material, 32 bytes.
@@ -446,8 +455,8 @@ constants! {
     LEAF_FIRST_BITS = 27;
     /// `Node` child that is a leaf: primitives at most.
     LEAF_MAX = 16;
-    /// Entries of a traversal stack; `bvh` never builds deeper.
-    STACK_SIZE = 48;
+    /// Entries of a traversal stack; `bvh` never builds what needs more.
+    STACK_SIZE = 64;
     /// `Surface::flags`.
     CHILD_REFLECTED = 1;
     /// `Surface::flags`.
@@ -591,7 +600,7 @@ macro_rules! specialisation {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub struct Specialisation {
             $($(#[$meta])* pub $name: u32,)*
-            /// The shapes of a small scene, bits of f32, where `few_known`: FEW_ROW of each primitive.
+            /// The shapes outside a hierarchy, bits of f32, where `few_known`: FEW_ROW of each primitive.
             pub few: [u32; FEW_WORDS],
         }
         impl Specialisation {
@@ -644,6 +653,10 @@ specialisation! {
     survey: 0;
     /// 1: what a ray looks up is read through texel views of the buffers; 0: as storage buffers.
     texels: 0;
+    /// 1: the triangles are few and outside the hierarchy.
+    loose_triangles: 0;
+    /// 1: the spheres are few and outside the hierarchy.
+    loose_spheres: 0;
     /// 1: `few` holds the scene's shapes, so that the kernels are compiled for them.
     few_known: 0;
     /// A planted defect, for the tests of the tests; 0 = none.

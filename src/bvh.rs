@@ -1,5 +1,6 @@
-//! A binary bounding-volume hierarchy: binned surface-area heuristic (Wald, "On fast Construction of
-//! SAH-based Bounding Volume Hierarchies", 2007) with a depth that never passes the kernels' stack.
+//! A bounding-volume hierarchy: a binary one by the binned surface-area heuristic (Wald, "On fast
+//! Construction of SAH-based Bounding Volume Hierarchies", 2007), made into one of four children a node,
+//! that never needs more than the kernels' stack.
 
 use crate::abi::double::Node;
 use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, STACK_SIZE};
@@ -25,6 +26,8 @@ pub struct Bvh {
     pub order: Vec<u32>,
     /// Levels of inner nodes.
     pub depth: usize,
+    /// Entries of a traversal's stack that it can take.
+    pub stack: usize,
 }
 
 const BINS: usize = 16;
@@ -37,57 +40,108 @@ pub const PADDING: f64 = 1.0 / 524_288.0;
 
 struct Builder<'a> {
     items: &'a [Item],
-    nodes: Vec<Node>,
+    pairs: Vec<Pair>,
     triangles: Vec<u32>,
     spheres: Vec<u32>,
     triangle_total: u32,
-    depth: usize,
 }
 
-/// Builds over `items` (triangles and spheres in any order).
-pub fn build(items: &[Item]) -> Bvh {
-    let mut indices: Vec<u32> = (0..items.len() as u32).collect();
+/// Builds over `items` (triangles and spheres in any order). `loose`: triangles, spheres stay outside, in
+/// their own order.
+pub fn build(items: &[Item], loose: [bool; 2]) -> Bvh {
+    let is_loose = |i: &u32| loose[usize::from(items[*i as usize].is_sphere)];
+    let (out, mut indices): (Vec<u32>, Vec<u32>) = (0..items.len() as u32).partition(is_loose);
+    let (spheres, triangles) = out.into_iter().partition(|i| items[*i as usize].is_sphere);
     let triangle_total = items.iter().filter(|i| !i.is_sphere).count() as u32;
-    let mut builder = Builder {
-        items,
-        nodes: Vec::new(),
-        triangles: Vec::new(),
-        spheres: Vec::new(),
-        triangle_total,
-        depth: 0,
-    };
-    builder.nodes.push(Node::default());
+    let mut builder = Builder { items, pairs: Vec::new(), triangles, spheres, triangle_total };
+    builder.pairs.push([ABSENT; 2]);
     let (left, right) = match indices.len() {
-        0 => (None, None),
-        _ if builder.leaf_fits(&indices) => (Some(builder.leaf(&indices)), None),
-        _ => {
-            let (a, b) = builder.split(&mut indices, 1);
-            (Some(a), Some(b))
-        }
+        0 => (ABSENT, ABSENT),
+        _ if builder.leaf_fits(&indices) => (builder.leaf(&indices), ABSENT),
+        _ => builder.split(&mut indices, 1),
     };
-    builder.nodes[0] = node(left, right);
+    builder.pairs[0] = [left, right];
+    // A level of the binary hierarchy leaves one entry on the stack, so that two wide always fits.
+    let fits = |width| Some(widened(&builder.pairs, width)).filter(|b| b.stack <= STACK_SIZE as usize);
+    let wide = fits(WIDTH).unwrap_or_else(|| widened(&builder.pairs, 2));
     let mut order = builder.triangles;
     order.extend(builder.spheres);
-    Bvh { nodes: builder.nodes, order, depth: builder.depth.max(1) }
+    Bvh { order, ..wide }
 }
 
 type Child = (u32, Bounds);
 
-fn node(left: Option<Child>, right: Option<Child>) -> Node {
-    // An absent child has an inverted box, which no ray enters.
-    let absent =
-        (LEAF_BIT, Bounds { lo: DVec3::splat(f64::from(f32::MAX)), hi: DVec3::splat(f64::from(f32::MIN)) });
-    let (c0, b0) = left.unwrap_or(absent);
-    let (c1, b1) = right.unwrap_or(absent);
+/// A node of the binary hierarchy that is built first.
+type Pair = [Child; 2];
+
+/// Children of a node at most.
+const WIDTH: usize = 4;
+
+/// An absent child: an inverted box, which no ray enters.
+const ABSENT: Child =
+    (LEAF_BIT, Bounds { lo: DVec3::splat(f32::MAX as f64), hi: DVec3::splat(f32::MIN as f64) });
+
+fn node(children: &[Child]) -> Node {
+    let child = |k: usize| children.get(k).copied().unwrap_or(ABSENT);
+    let (lo, hi) = (|k: usize| child(k).1.lo.to_array(), |k: usize| child(k).1.hi.to_array());
     Node {
-        lo_0: b0.lo.to_array(),
-        hi_0: b0.hi.to_array(),
-        lo_1: b1.lo.to_array(),
-        hi_1: b1.hi.to_array(),
-        child_0: c0,
-        child_1: c1,
-        ..Node::default()
+        lo_0: lo(0),
+        hi_0: hi(0),
+        lo_1: lo(1),
+        hi_1: hi(1),
+        lo_2: lo(2),
+        hi_2: hi(2),
+        lo_3: lo(3),
+        hi_3: hi(3),
+        child_0: child(0).0,
+        child_1: child(1).0,
+        child_2: child(2).0,
+        child_3: child(3).0,
     }
+}
+
+impl Node {
+    /// Its children that are there: link, least and greatest corner.
+    pub fn children(&self) -> impl Iterator<Item = (u32, [f64; 3], [f64; 3])> {
+        [
+            (self.child_0, self.lo_0, self.hi_0),
+            (self.child_1, self.lo_1, self.hi_1),
+            (self.child_2, self.lo_2, self.hi_2),
+            (self.child_3, self.lo_3, self.hi_3),
+        ]
+        .into_iter()
+        .filter(|(_, lo, hi)| lo[0] <= hi[0])
+    }
+}
+
+/// Nodes of up to `width` children from the binary ones: a node takes the children of its child with the
+/// largest surface until it is full (Wald, Benthin, Boulos, "Getting Rid of Packets", 2008). Root first.
+fn widened(pairs: &[Pair], width: usize) -> Bvh {
+    let mut bvh = Bvh { nodes: vec![Node::default()], order: Vec::new(), depth: 0, stack: 0 };
+    // Pair, node, level, entries of the stack above it.
+    let mut work = vec![(0usize, 0usize, 1usize, 0usize)];
+    while let Some((pair, at, level, above)) = work.pop() {
+        let mut children: Vec<Child> = pairs[pair].to_vec();
+        while children.len() < width {
+            let inner = children.iter().enumerate().filter(|(_, c)| c.0 & LEAF_BIT == 0);
+            let largest = inner.max_by(|a, b| half_area(&a.1.1).total_cmp(&half_area(&b.1.1)));
+            let Some((i, (link, _))) = largest.map(|(i, c)| (i, *c)) else { break };
+            children.splice(i..=i, pairs[link as usize]);
+        }
+        let stack = above + children.len() - 1;
+        bvh.depth = bvh.depth.max(level);
+        bvh.stack = bvh.stack.max(stack);
+        for child in &mut children {
+            if child.0 & LEAF_BIT == 0 {
+                let new = bvh.nodes.len();
+                bvh.nodes.push(Node::default());
+                work.push((child.0 as usize, new, level + 1, stack));
+                child.0 = new as u32;
+            }
+        }
+        bvh.nodes[at] = node(&children);
+    }
+    bvh
 }
 
 impl Builder<'_> {
@@ -116,16 +170,15 @@ impl Builder<'_> {
         if self.leaf_fits(indices) {
             return self.leaf(indices);
         }
-        let at = self.nodes.len();
-        self.nodes.push(Node::default());
+        let at = self.pairs.len();
+        self.pairs.push([ABSENT; 2]);
         let bounds = self.bounds(indices);
         let (left, right) = self.split(indices, level);
-        self.nodes[at] = node(Some(left), Some(right));
+        self.pairs[at] = [left, right];
         (at as u32, bounds)
     }
 
     fn split(&mut self, indices: &mut [u32], level: usize) -> (Child, Child) {
-        self.depth = self.depth.max(level);
         let middle = self.partition(indices, level);
         let (left, right) = indices.split_at_mut(middle);
         let a = self.subtree(left, level + 1);
@@ -228,8 +281,8 @@ impl Bvh {
     /// Checks the structure: every item in exactly one leaf, leaves of one kind, every box around
     /// its items, levels within the stack.
     pub fn validate(&self, items: &[Item]) -> Result<(), String> {
-        if self.depth >= STACK_SIZE as usize {
-            return Err(format!("depth {} passes the stack of {STACK_SIZE}", self.depth));
+        if self.stack > STACK_SIZE as usize {
+            return Err(format!("{} entries pass the stack of {STACK_SIZE}", self.stack));
         }
         let mut seen = vec![false; items.len()];
         let mut work = vec![(0u32, 1usize)];
@@ -238,10 +291,7 @@ impl Bvh {
                 return Err(format!("node {at} lies at level {level}, deeper than {}", self.depth));
             }
             let n = self.nodes.get(at as usize).ok_or(format!("node {at} does not exist"))?;
-            for (child, lo, hi) in [(n.child_0, n.lo_0, n.hi_0), (n.child_1, n.lo_1, n.hi_1)] {
-                if lo[0] > hi[0] {
-                    continue;
-                }
+            for (child, lo, hi) in n.children() {
                 for item in self.items_below(child)? {
                     let b = items[item as usize].bounds;
                     if (0..3).any(|a| b.lo[a] < lo[a] || b.hi[a] > hi[a]) {
@@ -280,11 +330,7 @@ impl Bvh {
                 found.extend_from_slice(run);
             } else {
                 let n = self.nodes.get(c as usize).ok_or(format!("node {c} does not exist"))?;
-                for (child, lo, hi) in [(n.child_0, n.lo_0, n.hi_0), (n.child_1, n.lo_1, n.hi_1)] {
-                    if lo[0] <= hi[0] {
-                        work.push(child);
-                    }
-                }
+                work.extend(n.children().map(|(child, ..)| child));
             }
         }
         Ok(found)
@@ -295,6 +341,8 @@ impl Bvh {
 mod tests {
     use super::*;
     use crate::sampler::pcg4d;
+
+    const NONE_LOOSE: [bool; 2] = [false; 2];
 
     fn boxes(n: u32, spheres: u32, spread: f64) -> Vec<Item> {
         (0..n)
@@ -313,14 +361,14 @@ mod tests {
     fn sound_for_all_sizes() {
         for n in [0, 1, 2, 3, 5, 17, 100, 3000] {
             let items = boxes(n, n / 3, 1.0);
-            build(&items).validate(&items).unwrap();
+            build(&items, NONE_LOOSE).validate(&items).unwrap();
         }
     }
 
     #[test]
     fn coincident_and_clustered_items_stay_within_the_stack() {
         let same = vec![Item { bounds: Bounds::EMPTY.with(DVec3::ZERO), is_sphere: false }; 100_000];
-        build(&same).validate(&same).unwrap();
+        build(&same, NONE_LOOSE).validate(&same).unwrap();
         // Each item half as far out as the last: SAH would peel them off one by one.
         let cluster: Vec<Item> = (0..500)
             .map(|i| Item {
@@ -328,7 +376,7 @@ mod tests {
                 is_sphere: true,
             })
             .collect();
-        build(&cluster).validate(&cluster).unwrap();
+        build(&cluster, NONE_LOOSE).validate(&cluster).unwrap();
     }
 
     /// Boxes that defeat heuristics: flat, equal, denormal, huge, nested, in geometric progressions of
@@ -363,16 +411,16 @@ mod tests {
         ];
         let all: Vec<Item> = sets.concat();
         for items in sets.iter().chain([&all]) {
-            let built = build(items);
+            let built = build(items, NONE_LOOSE);
             built.validate(items).unwrap();
-            assert!(built.depth < STACK_SIZE as usize, "{}", built.depth);
+            assert!(built.stack <= STACK_SIZE as usize, "{}", built.stack);
         }
     }
 
     #[test]
     fn validate_catches_defects() {
         let items = boxes(300, 100, 1.0);
-        let good = build(&items);
+        let good = build(&items, NONE_LOOSE);
         let mut shrunk = good.clone();
         shrunk.nodes[0].hi_0[1] = shrunk.nodes[0].lo_0[1];
         assert!(shrunk.validate(&items).unwrap_err().contains("sticks out"));

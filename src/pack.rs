@@ -15,6 +15,9 @@ pub const MEDIA_MAX: u32 = 8;
 /// Scenes with no more primitives than this test every one of them: measured on lavapipe, the walk
 /// over a hierarchy pays from here on (ARCHITECTURE.md, "Figures").
 pub const BRUTE_FORCE_MAX: usize = 32;
+/// Primitives of one kind, beside more of the other, that are tested one by one: a handful, so that the
+/// tests cost less than a second kind of leaf does at every step.
+const LOOSE_MAX: usize = 8;
 /// Lights farther than 2^40 scene radii are drawn in to that distance along their direction, with
 /// the intensity that gives the same light: the direction turns by less than 2^-40.
 const LIGHT_FAR: f64 = 1_099_511_627_776.0;
@@ -38,6 +41,8 @@ pub struct Packed {
     pub sphere_infos: Vec<double::SphereInfo>,
     /// The hierarchy's nodes; one unused node for brute force.
     pub nodes: Vec<double::Node>,
+    /// Triangles, spheres are outside the hierarchy.
+    pub loose: [bool; 2],
     /// Levels of the hierarchy; 0 for brute force.
     pub bvh_depth: usize,
     /// Materials.
@@ -175,11 +180,19 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         items.push(Item { bounds: round.sphere_box(rounded, packed.radius.abs()), is_sphere: true });
     }
 
+    // A few of one kind beside many of the other: the walk then has code for one kind only.
+    let few = |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX;
+    let loose = [few(triangles.len(), spheres.len()), few(spheres.len(), triangles.len())];
     let brute = brute_force.unwrap_or(items.len() <= BRUTE_FORCE_MAX);
     let bvh = if brute {
-        Bvh { nodes: vec![double::Node::default()], order: (0..items.len() as u32).collect(), depth: 0 }
+        Bvh {
+            nodes: vec![double::Node::default()],
+            order: (0..items.len() as u32).collect(),
+            depth: 0,
+            stack: 0,
+        }
     } else {
-        bvh::build(&items)
+        bvh::build(&items, loose)
     };
     let count = triangles.len();
     let (tri_order, sphere_order) = bvh.order.split_at(count);
@@ -204,6 +217,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         wide_spheres,
         sphere_infos: sphere_order.iter().map(|i| sphere_infos[pick_sphere(i)]).collect(),
         nodes: bvh.nodes,
+        loose: loose.map(|l| l && !brute),
         bvh_depth: bvh.depth,
         materials: scene.materials.iter().map(material).collect(),
         lights: scene.lights.iter().map(|l| light(l, &frame)).collect(),

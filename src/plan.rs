@@ -62,6 +62,9 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
+/// Samples from which on a small scene's shapes become constants: on lavapipe that costs about a second of
+/// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
+const KNOWN_SAMPLES: u64 = 1 << 21;
 /// Share of the heap that a plan may take, in eighths.
 const HEAP_EIGHTHS: u64 = 6;
 
@@ -125,6 +128,8 @@ impl Plan {
                 replicates: settings.replicates.max(1),
                 survey: u32::from(survey),
                 texels: 0,
+                loose_triangles: u32::from(packed.loose[0]),
+                loose_spheres: u32::from(packed.loose[1]),
                 few_known: 0,
                 few: [0; abi::FEW_WORDS],
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
@@ -151,7 +156,10 @@ impl Plan {
             batch = (batch / 2).max(1);
         }
         plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
-        if limits.is_cpu && settings.precision != Precision::Double {
+        // A survey does not say how many samples it will be asked for: as many as a picture takes.
+        let samples = if survey { pixels.saturating_mul(16) } else { total };
+        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu;
+        if settings.schedule.constants.unwrap_or(repaid) && settings.precision != Precision::Double {
             plan.know_few(packed);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
@@ -224,15 +232,19 @@ impl Plan {
             .collect();
     }
 
-    /// Hands a small scene's shapes over as constants. A software device compiles kernels for each
-    /// scene anyhow, and loads are what its brute force spends its time on (ARCHITECTURE.md, "Figures").
+    /// Hands a small scene's shapes over as constants. Loads are what the brute force of a software
+    /// device spends its time on (ARCHITECTURE.md, "Figures").
     fn know_few(&mut self, packed: &Packed) {
         let spec = &mut self.specialisation;
-        if spec.use_bvh != 0 || packed.primitive_count() > abi::UNROLL_MAX as usize {
+        let outside = |loose: u32, count: u32| if spec.use_bvh == 0 || loose != 0 { count } else { 0 };
+        let triangles = outside(spec.loose_triangles, spec.triangle_count);
+        let spheres = outside(spec.loose_spheres, spec.sphere_count);
+        if triangles + spheres > abi::UNROLL_MAX {
             return;
         }
-        let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
-        let spheres = packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
+        let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat()).take(triangles as usize);
+        let spheres =
+            packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat()).take(spheres as usize);
         for (row, numbers) in spec.few.chunks_mut(abi::FEW_ROW as usize).zip(corners.chain(spheres)) {
             row.iter_mut().zip(numbers).for_each(|(word, x)| *word = (x as f32).to_bits());
         }

@@ -152,4 +152,6 @@ pub struct Schedule {
     /// Rays that fit a queue, at most (never fewer than a batch starts with). A queue that turns out
     /// too small costs time, not light: the tile is traced again in smaller batches.
     pub capacity: Option<u32>,
+    /// A small scene's shapes as constants of the kernels, which are then compiled for it alone.
+    pub constants: Option<bool>,
 }

@@ -46,8 +46,10 @@ fn tiles_batches_and_groups_change_no_bit() {
         for workgroup in [32, 128, 256] {
             with(Schedule { workgroup: Some(workgroup), ..none });
         }
-        with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), capacity: None });
+        with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..none });
         with(none);
+        // Shapes as constants of the kernels, where there are few.
+        with(Schedule { constants: Some(true), ..none });
         let mut other = settings.clone();
         other.seed += 1;
         assert_ne!(

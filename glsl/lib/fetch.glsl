@@ -8,6 +8,7 @@
 #define FETCHES_2(x) FETCHES_1(x)
 #define FETCHES_3(x) FETCHES_1(x)
 #define FETCHES_4(x) FETCHES_1(x)
+#define FETCHES_7(x) FETCHES_1(x)
 #else
 #define FETCHES(x, unpacked) READS(x) TEXELS(x) ELEMENT_##x load_##x(uint i) { \
     ELEMENT_##x v; \
@@ -19,6 +20,7 @@
 #define FETCHES_2(x) FETCHES(x, unpack(TEXEL(x, 2u, 0u), TEXEL(x, 2u, 1u), v))
 #define FETCHES_3(x) FETCHES(x, unpack(TEXEL(x, 3u, 0u), TEXEL(x, 3u, 1u), TEXEL(x, 3u, 2u), v))
 #define FETCHES_4(x) FETCHES(x, unpack(TEXEL(x, 4u, 0u), TEXEL(x, 4u, 1u), TEXEL(x, 4u, 2u), TEXEL(x, 4u, 3u), v))
+#define FETCHES_7(x) FETCHES(x, unpack(TEXEL(x, 7u, 0u), TEXEL(x, 7u, 1u), TEXEL(x, 7u, 2u), TEXEL(x, 7u, 3u), TEXEL(x, 7u, 4u), TEXEL(x, 7u, 5u), TEXEL(x, 7u, 6u), v))
 
 float number(uint word) {
     return uintBitsToFloat(word);
@@ -38,8 +40,10 @@ void unpack(uvec4 a, out Sphere v) {
 void unpack(uvec4 a, out SphereInfo v) {
     v = SphereInfo(a.x, a.y, a.z, a.w);
 }
-void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, out Node v) {
-    v = Node(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), numbers(b.z, b.w, c.x), numbers(c.y, c.z, c.w), d.x, d.y, d.z, d.w);
+void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, uvec4 e, uvec4 f, uvec4 g, out Node v) {
+    v = Node(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), numbers(b.z, b.w, c.x), numbers(c.y, c.z, c.w),
+             numbers(d.x, d.y, d.z), numbers(d.w, e.x, e.y), numbers(e.z, e.w, f.x), numbers(f.y, f.z, f.w),
+             g.x, g.y, g.z, g.w);
 }
 void unpack(uvec4 a, uvec4 b, out Material v) {
     v = Material(numbers(a.x, a.y, a.z), number(a.w), number(b.x), number(b.y), b.z, number(b.w));

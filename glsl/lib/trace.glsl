@@ -1,6 +1,6 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
 // spheres. Needs FETCHES_3(triangles), READS(triangle_infos), FETCHES_1(spheres), READS(wide_spheres),
-// READS(sphere_infos), FETCHES_4(nodes), UPDATES(counters).
+// READS(sphere_infos), FETCHES_7(nodes), UPDATES(counters).
 #include "numeric.glsl"
 #include "triangle.glsl"
 #include "sphere.glsl"
@@ -90,62 +90,55 @@ void test_sphere(uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
-// Shapes of a small scene, i a constant: where `few_known`, numbers in the code.
-#ifdef REAL_IS_DOUBLE
-Triangle few_triangle(uint i) {
-    return triangles[i];
-}
-Sphere few_sphere(uint i) {
-    return spheres[i];
-}
-#else
-real3 few3(uint at) {
-    return real3(FEW[at], FEW[at + 1u], FEW[at + 2u]);
-}
-Triangle few_triangle(uint i) {
-    Triangle t;
-    if (few_known != 0u) {
-        t.a = few3(FEW_ROW * i);
-        t.b = few3(FEW_ROW * i + 3u);
-        t.c = few3(FEW_ROW * i + 6u);
-    } else {
-        t = triangles[i];
-    }
-    return t;
-}
-Sphere few_sphere(uint i) {
-    Sphere s;
-    if (few_known != 0u) {
-        uint at = FEW_ROW * (triangle_count + i);
-        s = Sphere(few3(at), FEW[at + 3u]);
-    } else {
-        s = spheres[i];
-    }
-    return s;
-}
-#endif
+// What is tested one by one: everything, or the kind of which there are few.
+const uint few_triangles = use_bvh == 0u || loose_triangles != 0u ? triangle_count : 0u;
+const uint few_spheres = use_bvh == 0u || loose_spheres != 0u ? sphere_count : 0u;
 
-// A scene of few primitives: first a filter that is a handful of operations and no branch, written out
+uint filter_triangle(uint i, real3 a, real3 b, real3 c, TraceRay r) {
+    Triangle t;
+    t.a = a;
+    t.b = b;
+    t.c = c;
+    bool may = (i != r.skip || defect == DEFECT_NO_IDENTITY) && may_hit_triangle(t, r.origin, r.shear);
+    return may ? 1u << i : 0u;
+}
+
+uint filter_sphere(uint i, Sphere s, TraceRay r) {
+    bool may = may_hit_sphere(s, r.origin, r.direction, triangle_count + i == r.skip);
+    return may ? 1u << (few_triangles + i) : 0u;
+}
+
+// Few primitives: first a filter that is a handful of operations and no branch, written out
 // for each of them, then the whole test for what it lets through. Outside all control flow lavapipe
 // loads an address that all lanes share once, and it runs both sides of a branch (ARCHITECTURE.md,
 // "Figures"); a GPU does not diverge.
 void walk_few(TraceRay r, bool any, inout Hit best) {
     uint candidates = 0u;
-    [[unroll]] for (uint i = 0u; i < triangle_count; i++) {
-        candidates |= (i != r.skip || defect == DEFECT_NO_IDENTITY) && may_hit_triangle(few_triangle(i), r.origin, r.shear) ? 1u << i : 0u;
+#ifndef REAL_IS_DOUBLE
+    // Row and numbers are constants: where there is no such primitive, no code is left.
+#define FILTER(i, first, second, third) \
+    if (few_known != 0u && i < few_triangles) candidates |= filter_triangle(i, first, second, third, r); \
+    if (few_known != 0u && i >= few_triangles && i < few_triangles + few_spheres) \
+        candidates |= filter_sphere(i - few_triangles, Sphere(first, second.x), r);
+    EACH_FEW(FILTER)
+#else
+    const uint few_known = 0u;
+#endif
+    if (few_known == 0u) {
+        [[unroll]] for (uint i = 0u; i < few_triangles; i++) {
+            candidates |= filter_triangle(i, triangles[i].a, triangles[i].b, triangles[i].c, r);
+        }
+        [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, spheres[i], r);
     }
-    [[unroll]] for (uint i = 0u; i < sphere_count; i++) {
-        candidates |= may_hit_sphere(few_sphere(i), r.origin, r.direction, triangle_count + i == r.skip) ? 1u << (triangle_count + i) : 0u;
-    }
-    const uint last_triangle = triangle_count < 32u ? (1u << triangle_count) - 1u : 0xffffffffu;
-    uint left = candidates & last_triangle;
+    const uint are_triangles = few_triangles < 32u ? (1u << few_triangles) - 1u : 0xffffffffu;
+    uint left = candidates & are_triangles;
     while (left != 0u) {
         test_triangle(findLSB(left), r, best);
         left = any && best.primitive != NONE ? 0u : left & (left - 1u);
     }
-    left = any && best.primitive != NONE ? 0u : candidates & ~last_triangle;
+    left = any && best.primitive != NONE ? 0u : candidates & ~are_triangles;
     while (left != 0u) {
-        test_sphere(findLSB(left), r, best);
+        test_sphere(triangle_count + findLSB(left) - few_triangles, r, best);
         left = any && best.primitive != NONE ? 0u : left & (left - 1u);
     }
 }
@@ -159,17 +152,37 @@ void walk_brute(TraceRay r, bool any, inout Hit best) {
     }
 }
 
+// Kinds in the hierarchy: the walk has no code for one that is not.
+const bool tree_triangles = triangle_count != 0u && loose_triangles == 0u;
+const bool tree_spheres = sphere_count != 0u && loose_spheres == 0u;
+
 // False only where the test of a primitive finds no hit.
 bool may_hit(uint primitive, TraceRay r) {
     bool may = true;
-    // A scene without one kind has no code for it.
-    if (triangle_count != 0u && primitive < triangle_count) {
+    if (tree_triangles && primitive < triangle_count) {
         may = primitive != r.skip && may_hit_triangle(load_triangles(primitive), r.origin, r.shear);
     }
-    if (sphere_count != 0u && primitive >= triangle_count) {
+    if (tree_spheres && primitive >= triangle_count) {
         may = may_hit_sphere(load_spheres(primitive - triangle_count), r.origin, r.direction, primitive == r.skip);
     }
     return may || defect == DEFECT_NO_IDENTITY;
+}
+
+// Entry distance into a child's box, or FAR if the ray misses it.
+real entry(real3 lo, real3 hi, TraceRay r, real limit) {
+    real t = enter_box(lo, hi, r.origin, r.inverse, limit);
+    return t >= 0.0 ? t : FAR;
+}
+
+// Two children, the nearer first.
+void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
+    bool swap = t1 < t0;
+    real t = swap ? t1 : t0;
+    uint c = swap ? c1 : c0;
+    t1 = swap ? t0 : t1;
+    c1 = swap ? c0 : c1;
+    t0 = t;
+    c0 = c;
 }
 
 // No node and no leaf: the end of a walk.
@@ -180,7 +193,7 @@ const uint DONE = 0xffffffffu;
 // HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes the filter, and
 // the whole test when each lane has one or is done.
 void walk_bvh(TraceRay r, bool any, inout Hit best) {
-    uint stack[STACK_SIZE + 1u];
+    uint stack[STACK_SIZE + 4u]; // below all DONE, above all what is written and not kept
     stack[0] = DONE;
     uint top = 1u, steps = 0u;
     uint current = 0u;      // the root is node 0
@@ -190,19 +203,27 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
         while (candidate == NONE && (current != DONE || at < end)) {
             while (at == end && (current & LEAF_BIT) == 0u) {
                 Node n = load_nodes(current);
-                real t0 = enter_box(n.lo_0, n.hi_0, r.origin, r.inverse, best.t);
-                real t1 = enter_box(n.lo_1, n.hi_1, r.origin, r.inverse, best.t);
-                bool in0 = t0 >= 0.0, in1 = t1 >= 0.0;
-                bool first0 = in0 && (!in1 || t0 <= t1);
-                if (in0 && in1) {
-                    if (top > (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE)) {
-                        atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
-                    } else {
-                        stack[top++] = first0 ? n.child_1 : n.child_0;
-                    }
+                real t0 = entry(n.lo_0, n.hi_0, r, best.t), t1 = entry(n.lo_1, n.hi_1, r, best.t);
+                real t2 = entry(n.lo_2, n.hi_2, r, best.t), t3 = entry(n.lo_3, n.hi_3, r, best.t);
+                uint c0 = n.child_0, c1 = n.child_1, c2 = n.child_2, c3 = n.child_3;
+                // Nearest first, what the ray misses last.
+                order(t0, c0, t1, c1);
+                order(t2, c2, t3, c3);
+                order(t0, c0, t2, c2);
+                order(t1, c1, t3, c3);
+                order(t1, c1, t2, c2);
+                uint entered = (t1 < FAR ? 1u : 0u) + (t2 < FAR ? 1u : 0u) + (t3 < FAR ? 1u : 0u);
+                if (top + entered > (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE + 1u)) {
+                    atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
+                    entered = 0u;
                 }
-                if (in0 || in1) {
-                    current = first0 ? n.child_0 : n.child_1;
+                // Farthest below; what is above the top is written over by the next.
+                stack[top] = entered > 2u ? c3 : (entered > 1u ? c2 : c1);
+                stack[top + 1u] = entered > 2u ? c2 : c1;
+                stack[top + 2u] = c1;
+                top += entered;
+                if (t0 < FAR) {
+                    current = c0;
                 } else {
                     current = stack[--top];
                 }
@@ -225,11 +246,8 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
             break;
         }
         if (candidate != NONE) {
-            if (candidate < triangle_count) {
-                test_triangle(candidate, r, best);
-            } else {
-                test_sphere(candidate, r, best);
-            }
+            if (tree_triangles && candidate < triangle_count) test_triangle(candidate, r, best);
+            if (tree_spheres && candidate >= triangle_count) test_sphere(candidate, r, best);
             if (any && best.primitive != NONE) break;
         }
     }
@@ -243,7 +261,8 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Hit best = Hit(finite ? limit : real(0.0), 0.0, 0.0, NONE);
     if (use_bvh != 0u) {
-        walk_bvh(r, any, best);
+        if (few_triangles + few_spheres != 0u) walk_few(r, any, best);
+        if (!(any && best.primitive != NONE)) walk_bvh(r, any, best);
     } else {
         walk_brute(r, any, best);
     }

@@ -406,7 +406,7 @@ impl ScheduleArgs {
             batch_samples: self.batch_samples,
             // clap lets through only 32, 64, 128 and 256.
             workgroup: self.workgroup.as_deref().and_then(|n| n.parse().ok()),
-            capacity: None,
+            ..Schedule::default()
         }
     }
 }

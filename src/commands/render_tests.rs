@@ -67,8 +67,13 @@ fn options_override_the_scene() {
     let words = "-o a.png --size 40x30 --samples 7 --depth 9 --cutoff 0.01 --sampler stratified --seed 5 --precision f64 --origin fixed:0.5 --crop 1,2,40,30 \
                  --tile-pixels 64 --batch-samples 3 --workgroup 128";
     let given = settings(&arguments(&words.split_whitespace().collect::<Vec<_>>()), &scene()).unwrap();
-    let schedule =
-        Schedule { tile_pixels: Some(64), batch_samples: Some(3), workgroup: Some(128), capacity: None };
+    let schedule = Schedule {
+        tile_pixels: Some(64),
+        batch_samples: Some(3),
+        workgroup: Some(128),
+        capacity: None,
+        constants: None,
+    };
     let want = Settings {
         width: 40,
         height: 30,

@@ -103,11 +103,14 @@ impl From<PlanError> for RenderError {
     }
 }
 
+/// What kernels are compiled for: double precision or not, specialisation constants by id.
+type Variant = (bool, Vec<(u32, u32)>);
+
 /// A device, ready to render.
 pub struct Renderer {
     device: Rc<Device>,
     /// Kernel variants built so far, by precision and specialisation.
-    variants: BTreeMap<(bool, Vec<(u32, u32)>), Rc<Pipelines>>,
+    variants: BTreeMap<Variant, Rc<Pipelines>>,
     arithmetic: SelfTest,
     opened: Duration,
     brute_force: Option<bool>,

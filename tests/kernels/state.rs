@@ -27,10 +27,12 @@ pub struct Variant {
     sampler: Sampler,
     replicates: u32,
     survey: bool,
+    /// Triangles beside a hierarchy of spheres, read through texel views.
+    loose: bool,
 }
 
-/// Everything on, everything off, and the report's way.
-pub fn variants() -> [(&'static str, Variant); 3] {
+/// Everything on, everything off, the report's way, and what a software device does apart.
+pub fn variants() -> [(&'static str, Variant); 4] {
     [
         (
             "brute force, branching",
@@ -48,6 +50,7 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 sampler: Sampler::Owen,
                 replicates: 3,
                 survey: true,
+                loose: false,
             },
         ),
         (
@@ -66,6 +69,7 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 sampler: Sampler::Stratified,
                 replicates: 5,
                 survey: false,
+                loose: false,
             },
         ),
         (
@@ -84,6 +88,27 @@ pub fn variants() -> [(&'static str, Variant); 3] {
                 sampler: Sampler::Random,
                 replicates: 2,
                 survey: true,
+                loose: false,
+            },
+        ),
+        (
+            "hierarchy of one kind, texels",
+            Variant {
+                workgroup: 64,
+                bvh: true,
+                smooth: true,
+                media: 2,
+                branching: true,
+                triangles: 6,
+                spheres: 60,
+                // Wide spheres take their places after the hierarchy is built.
+                wide: false,
+                robust: true,
+                origin_fixed: false,
+                loose: true,
+                sampler: Sampler::Owen,
+                replicates: 1,
+                survey: false,
             },
         ),
     ]
@@ -119,6 +144,8 @@ impl State {
             sampler_kind: v.sampler.word(),
             replicates: v.replicates,
             survey: u32::from(v.survey),
+            texels: u32::from(v.loose),
+            loose_triangles: u32::from(v.loose),
             ..Specialisation::default()
         };
         let length = |buffer| match buffer {
@@ -303,7 +330,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
         .collect();
     let order: Vec<u32> = if v.bvh {
-        let built = bvh::build(&items);
+        let built = bvh::build(&items, [v.loose, false]);
         m.nodes = built.nodes.iter().map(Node::from).collect();
         // Equally many for every seed, so that one set of buffers serves all.
         m.nodes.resize(items.len(), Node::default());

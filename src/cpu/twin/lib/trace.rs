@@ -129,8 +129,19 @@ impl Shapes<'_> {
         }
     }
 
+    /// What is outside the hierarchy.
+    fn walk_loose(&self, r: &TraceRay, best: &mut Hit) {
+        let count = self.spec.triangle_count;
+        if self.spec.loose_triangles != 0 {
+            (0..count).for_each(|i| self.test_triangle(i, r, best));
+        }
+        if self.spec.loose_spheres != 0 {
+            (0..self.spec.sphere_count).for_each(|i| self.test_sphere(count + i, r, best));
+        }
+    }
+
     fn walk_bvh(&self, r: &TraceRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
-        let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize];
+        let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize + 1];
         let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
         loop {
             steps += 1;
@@ -155,21 +166,26 @@ impl Shapes<'_> {
                 }
             } else {
                 let n = &self.nodes[current as usize];
-                let t0 = enter_box(n.lo_0.into(), n.hi_0.into(), r.origin, r.inverse, best.t);
-                let t1 = enter_box(n.lo_1.into(), n.hi_1.into(), r.origin, r.inverse, best.t);
-                let (in0, in1) = (t0 >= 0.0, t1 >= 0.0);
-                if in0 || in1 {
-                    let first0 = in0 && (!in1 || t0 <= t1);
-                    current = if first0 { n.child_0 } else { n.child_1 };
-                    if in0 && in1 {
-                        if top == STACK_SIZE as usize {
-                            counters[COUNTER_STACK_OVERFLOW as usize] += 1;
-                        } else {
-                            stack[top] = if first0 { (n.child_1, t1) } else { (n.child_0, t0) };
-                            top += 1;
-                        }
+                let boxes = [
+                    (n.lo_0, n.hi_0, n.child_0),
+                    (n.lo_1, n.hi_1, n.child_1),
+                    (n.lo_2, n.hi_2, n.child_2),
+                    (n.lo_3, n.hi_3, n.child_3),
+                ];
+                let entered = |(lo, hi, child): ([Real; 3], [Real; 3], u32)| {
+                    let t = enter_box(lo.into(), hi.into(), r.origin, r.inverse, best.t);
+                    (t >= 0.0).then_some((child, t))
+                };
+                let mut children: Vec<(u32, Real)> = boxes.into_iter().filter_map(entered).collect();
+                // Farthest first: the nearest is on top of the stack.
+                children.sort_by(|a, b| b.1.total_cmp(&a.1));
+                for child in children {
+                    if top == stack.len() {
+                        counters[COUNTER_STACK_OVERFLOW as usize] += 1;
+                    } else {
+                        stack[top] = child;
+                        top += 1;
                     }
-                    continue;
                 }
             }
             let mut found = false;
@@ -193,6 +209,7 @@ impl Shapes<'_> {
         }
         let mut best = Hit { t: if finite { limit } else { 0.0 }, u: 0.0, v: 0.0, primitive: NONE };
         if self.spec.use_bvh != 0 {
+            self.walk_loose(r, &mut best);
             self.walk_bvh(r, any, &mut best, counters);
         } else {
             self.walk_brute(r, &mut best);
