@@ -321,7 +321,7 @@ pub struct AccuracyArgs {
     pub budget: bool,
 
     /// Choose samples, depth and precision so that the RMSE, in linear light from 0 to 1, is at most this
-    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "resume", "replicates"])]
+    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "replicates"])]
     pub error: Option<f64>,
 
     /// Choose samples and depth so that the error is least in this many seconds of wall time
@@ -333,7 +333,7 @@ pub struct AccuracyArgs {
     pub confidence: f64,
 
     /// Paint what is known of each pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other images
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',', conflicts_with = "resume")]
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
 
     /// Independent sets that the samples of a pixel are dealt to; divides the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
