@@ -33,9 +33,9 @@ Examples:
 
 Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
 appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
-exits with 130; a second Ctrl-C ends at once and saves nothing. The tiles finished by then are kept \
+exits with 130; a second Ctrl-C ends at once and saves nothing. What is finished by then is kept \
 beside the image in OUT.partial: the same command with --resume goes on from there, and the image \
-is the same, bit for bit, as if it had not been interrupted.
+is the same, bit for bit, as if it had not been interrupted. Only --time leaves nothing to go on from.
 
 ",
     exit_codes!()

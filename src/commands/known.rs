@@ -130,7 +130,9 @@ pub(super) fn run(
             }
             _ => String::new(),
         };
-        return Err(Failure::Interrupted(format!("interrupted: the image as it is, is saved in {file}{then}")));
+        return Err(Failure::Interrupted(format!(
+            "interrupted: the image as it is, is saved in {file}{then}"
+        )));
     }
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;

@@ -57,10 +57,11 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let mut console = Console::on(Box::new(tape.clone()), Verbosity { quiet, verbose });
     let format = check(&args).unwrap();
     let deliver = Deliver { args: &args, format, channels: &[] };
-    let result = deliver.deliver(rendered(done), Instant::now(), &mut console).and_then(|report| match done {
-        1.0 => Ok(()),
-        _ => Err(interrupted(&report, done, None, None)?),
-    });
+    let result =
+        deliver.deliver(rendered(done), Instant::now(), &mut console).and_then(|report| match done {
+            1.0 => Ok(()),
+            _ => Err(interrupted(&report, done, None, None)?),
+        });
     (result, tape.text())
 }
 

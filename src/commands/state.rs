@@ -63,10 +63,7 @@ impl StateFile {
     }
 
     /// Writes it whole or not at all.
-    pub(super) fn save(
-        &self,
-        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), Failure> {
+    pub(super) fn save(&self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
         Ok(atomic_file::write(&self.0, |out| write(out))
             .with_context(|| format!("cannot write {}", self.0.display()))?)
     }

@@ -1,9 +1,9 @@
 //! `--budget`: the settings as they are, and what error they leave.
 
+use super::Task;
 use super::kept::{Kept, Stage};
 use super::known::{Image, Known};
 use super::traced::{Region, Tracing};
-use super::Task;
 use crate::measure::budget::{self, Rounding};
 use crate::measure::gathered::Gathered;
 use crate::measure::samples::Source;

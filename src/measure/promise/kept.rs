@@ -70,12 +70,13 @@ fn options(request: &Request) -> String {
 
 impl Kept {
     pub(super) fn new(request: &Request, begun: Begun, stage: Stage, images: Vec<Gathered>) -> Kept {
-        Kept { asked: options(request), begun, stage, sha256: String::new(), images }
+        let sha256 = digest(&bytes(&images));
+        Kept { asked: options(request), begun, stage, sha256, images }
     }
 
-    /// The earlier stage and samples, counted by `survey`, if this is the same render as `now`.
+    /// The earlier stage with its samples, counted by `survey`, if this is the same render as `now`.
     pub(super) fn taken_up(
-        self,
+        mut self,
         request: &Request,
         now: &Begun,
         survey: &mut Survey,
@@ -85,28 +86,21 @@ impl Kept {
             return Err(Mismatch(format!("it was begun with {}, this one has {asked}", self.asked)).into());
         }
         self.begun.check(now)?;
+        if let Stage::Error(chosen) = &mut self.stage {
+            let fits = self.images.pop().is_some_and(|image| chosen.allocation.put_gathered(image));
+            if !fits {
+                return Err(Mismatch("it lacks samples".into()).into());
+            }
+        }
         survey.count(&self.begun);
         Ok((self.stage, self.images))
     }
 
     /// Writes a line of JSON, then the samples as little-endian numbers.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        let mut body = Vec::new();
-        self.images.iter().for_each(|image| image.put(&mut body));
-        let header = Kept { sha256: digest(&body), images: Vec::new(), ..self.clone_without_images() };
-        serde_json::to_writer(&mut *out, &header)?;
+        serde_json::to_writer(&mut *out, self)?;
         out.write_all(b"\n")?;
-        out.write_all(&body)
-    }
-
-    fn clone_without_images(&self) -> Kept {
-        Kept {
-            asked: self.asked.clone(),
-            begun: self.begun.clone(),
-            stage: self.stage.clone(),
-            sha256: String::new(),
-            images: Vec::new(),
-        }
+        out.write_all(&bytes(&self.images))
     }
 
     /// Reads what [`Kept::write`] wrote.
@@ -131,14 +125,14 @@ impl Kept {
         while !rest.is_empty() {
             kept.images.push(Gathered::take(&mut rest).ok_or_else(changed)?);
         }
-        if let Stage::Error(chosen) = &mut kept.stage {
-            let image = kept.images.pop().ok_or_else(changed)?;
-            if !chosen.allocation.put_gathered(image) {
-                return Err(changed());
-            }
-        }
         Ok(kept)
     }
+}
+
+fn bytes(images: &[Gathered]) -> Vec<u8> {
+    let mut all = Vec::new();
+    images.iter().for_each(|image| image.put(&mut all));
+    all
 }
 
 fn digest(bytes: &[u8]) -> String {

@@ -17,8 +17,8 @@ mod traced;
 mod until_error;
 mod until_time;
 
-pub(crate) use kept::is_kept;
 pub use kept::Kept;
+pub(crate) use kept::is_kept;
 pub use known::{Known, Layer};
 pub use until_time::LATE;
 

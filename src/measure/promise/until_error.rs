@@ -57,11 +57,8 @@ impl Task<'_> {
         let why = self.why_not(&chosen.cut, target, chosen.rounded.as_ref());
         let capped = chosen.allocation.outcome() == Outcome::Capped;
         let cancelled = self.observer.cancelled();
-        let samples = if cancelled {
-            chosen.allocation.gathered().clone()
-        } else {
-            chosen.allocation.take_gathered()
-        };
+        let samples =
+            if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
         let rounding = chosen.rounded.map(|r| (r.part(&samples), r.pixels));
         let kept = (cancelled && samples.done() > 0.0).then(|| {
             let images = vec![chosen.allocation.take_gathered()];

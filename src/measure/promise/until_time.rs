@@ -48,7 +48,8 @@ struct Clock {
 impl Clock {
     fn end(&self) -> Instant {
         let seconds = self.seconds * (1.0 - SLACK) - self.reserve;
-        self.from + Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::from_secs(u32::MAX.into()))
+        self.from
+            + Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::from_secs(u32::MAX.into()))
     }
 
     /// Seconds to the end.
