@@ -102,14 +102,12 @@ fn an_error_is_reached_and_the_same_however_the_work_is_cut() {
     assert!(report["error"]["total"].as_f64().unwrap() <= 0.02, "{}", report["error"]);
     assert_eq!(report["error"]["confidence"], 0.9);
     let hash = report["image"]["linear_sha256"].clone();
-    let cuts = [&[][..], &["--tile-pixels", "37"], &["--workgroup", "128", "--batch-samples", "3"]];
-    for cut in cuts {
+    let cut = ["--tile-pixels", "37", "--workgroup", "128", "--batch-samples", "3"];
+    for cut in [&[][..], &cut] {
         let again = bench.render("b.exr", &[&words[..], cut].concat(), 0);
         assert_eq!(again["image"]["linear_sha256"], hash, "{cut:?}");
         assert_eq!(again["rays"], report["rays"], "{cut:?}");
     }
-    let other = bench.render("b.exr", &[&words[..], &["--seed", "1"]].concat(), 0);
-    assert_ne!(other["image"]["linear_sha256"], hash, "another seed is another image");
 }
 
 #[test]
@@ -260,18 +258,19 @@ fn an_interrupted_budget_resumes_to_the_same_image() {
     let slow = [&words[..], &["--tile-pixels", "2", "--batch-samples", "1"]].concat();
     let (last, code) = interrupted(&bench.at("a.exr"), &slow);
     assert_eq!(code, Some(130), "{last}");
+
+    // A damaged state is not gone on with.
+    let state = fs::read(bench.at("a.exr.partial")).unwrap();
+    let mut damaged = state.clone();
+    damaged[state.len() - 1] ^= 1;
+    fs::write(bench.at("a.exr.partial"), damaged).unwrap();
+    let refused = whitted(&bench.at("a.exr"), &words).arg("--resume").assert().code(1);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(said.contains("the samples are not those that were written"), "{said}");
+
+    fs::write(bench.at("a.exr.partial"), state).unwrap();
     let resumed = bench.render("a.exr", &[&words[..], &["--resume"]].concat(), 0);
     assert_eq!(resumed["image"]["linear_sha256"], whole["image"]["linear_sha256"]);
     assert_eq!(resumed["error"], whole["error"]);
     assert_eq!(resumed["rays"], whole["rays"]);
-
-    // A damaged state is not gone on with.
-    let (_, _) = interrupted(&bench.at("a.exr"), &slow);
-    let mut state = fs::read(bench.at("a.exr.partial")).unwrap();
-    let end = state.len() - 1;
-    state[end] ^= 1;
-    fs::write(bench.at("a.exr.partial"), state).unwrap();
-    let refused = whitted(&bench.at("a.exr"), &words).arg("--resume").assert().code(1);
-    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
-    assert!(said.contains("the samples are not those that were written"), "{said}");
 }

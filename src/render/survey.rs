@@ -118,10 +118,14 @@ impl Survey {
         self.deadline = deadline;
     }
 
-    /// What the bits of its samples depend on, `settings` being those asked for, and what it counted so far.
+    /// What the bits of its samples depend on, `settings` being those asked for.
     pub fn begun(&self, renderer: &Renderer, scene: &Scene, settings: &Settings) -> Begun {
-        let identity = Identity::new(&renderer.device.info(), &self.packed, scene, settings);
-        Begun::new(identity, self.tally.clone())
+        Begun::new(Identity::new(&renderer.device.info(), &self.packed, scene, settings))
+    }
+
+    /// `begun` with what was counted so far.
+    pub fn counted(&self, begun: Begun) -> Begun {
+        begun.with(self.tally.clone())
     }
 
     /// Counts what an earlier one traced as its own.

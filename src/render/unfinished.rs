@@ -95,8 +95,12 @@ pub struct Begun {
 }
 
 impl Begun {
-    pub(super) fn new(identity: Identity, tally: Tally) -> Begun {
-        Begun { identity, time: TimeInfo::default(), tally }
+    pub(super) fn new(identity: Identity) -> Begun {
+        Begun { identity, time: TimeInfo::default(), tally: Tally::default() }
+    }
+
+    pub(super) fn with(self, tally: Tally) -> Begun {
+        Begun { tally, ..self }
     }
 
     pub(super) fn tally(&self) -> &Tally {

@@ -20,7 +20,7 @@ impl Task<'_> {
         let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
         let mut images = match earlier {
             None => Vec::new(),
-            Some(kept) => kept.taken_up(&self.request, &begun, &mut survey)?.1,
+            Some(kept) => kept.taken_up(&begun, &mut survey)?.1,
         }
         .into_iter();
         let region = Region::of(&settings);
@@ -51,8 +51,7 @@ impl Task<'_> {
         }
         let finished = image.done() == 1.0 && (rounding.is_some() || !compared);
         let kept = (!finished && image.done() > 0.0).then(|| {
-            let begun = survey.begun(self.renderer, self.scene, &settings);
-            Kept::new(&self.request, begun, Stage::Settings, vec![image.clone(), truth])
+            Kept::new(&self.request, survey.counted(begun), Stage::Settings, vec![image.clone(), truth])
         });
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
         let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };

@@ -74,17 +74,22 @@ impl Kept {
         Kept { asked: options(request), begun, stage, sha256, images }
     }
 
+    /// # Errors
+    /// If it is of another request: says which.
+    pub(super) fn check(&self, request: &Request) -> Result<(), Mismatch> {
+        let asked = options(request);
+        if self.asked == asked {
+            return Ok(());
+        }
+        Err(Mismatch(format!("it was begun with {}, this one has {asked}", self.asked)))
+    }
+
     /// The earlier stage with its samples, counted by `survey`, if this is the same render as `now`.
     pub(super) fn taken_up(
         mut self,
-        request: &Request,
         now: &Begun,
         survey: &mut Survey,
     ) -> Result<(Stage, Vec<Gathered>), RenderError> {
-        let asked = options(request);
-        if self.asked != asked {
-            return Err(Mismatch(format!("it was begun with {}, this one has {asked}", self.asked)).into());
-        }
         self.begun.check(now)?;
         if let Stage::Error(chosen) = &mut self.stage {
             let fits = self.images.pop().is_some_and(|image| chosen.allocation.put_gathered(image));

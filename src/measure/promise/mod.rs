@@ -105,6 +105,9 @@ pub fn resume(
     earlier: Option<Kept>,
     observer: &mut dyn Observer,
 ) -> Result<Known, RenderError> {
+    if let Some(earlier) = &earlier {
+        earlier.check(request)?;
+    }
     let limit = radiance_limit(scene);
     let observer = Forward::new(observer);
     let task = Task { renderer, scene, settings: settings.clone(), request: *request, limit, observer };

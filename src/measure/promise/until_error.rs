@@ -36,7 +36,7 @@ impl Task<'_> {
         let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
         let start = Instant::now();
         let mut chosen = match earlier {
-            Some(kept) => match kept.taken_up(&self.request, &begun, &mut survey)?.0 {
+            Some(kept) => match kept.taken_up(&begun, &mut survey)?.0 {
                 Stage::Error(chosen) => *chosen,
                 Stage::Settings => return Err(Mismatch("it holds no samples of --error".into()).into()),
             },
@@ -62,8 +62,7 @@ impl Task<'_> {
         let rounding = chosen.rounded.map(|r| (r.part(&samples), r.pixels));
         let kept = (cancelled && samples.done() > 0.0).then(|| {
             let images = vec![chosen.allocation.take_gathered()];
-            let begun = survey.begun(self.renderer, self.scene, &asked);
-            Kept::new(&self.request, begun, Stage::Error(Box::new(chosen)), images)
+            Kept::new(&self.request, survey.counted(begun), Stage::Error(Box::new(chosen)), images)
         });
         let confidence = self.request.confidence;
         let prepared = survey.prepared;
@@ -109,7 +108,8 @@ impl Task<'_> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
-            exact.count(&survey.begun(self.renderer, self.scene, &self.settings));
+            let begun = survey.begun(self.renderer, self.scene, &self.settings);
+            exact.count(&survey.counted(begun));
             *survey = exact;
         }
         survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
