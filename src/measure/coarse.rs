@@ -64,16 +64,16 @@ mod tests {
             prop_assert!(all.into_iter().eq(0..width * height));
         }
 
-        /// Where n pixels are traced, none is further from its stand-in than four times the mean distance of
-        /// n pixels.
+        /// None is further from its stand-in than the side of the finest grid that is whole.
         #[test]
         fn any_prefix_is_an_even_image(width in 1u32..200, height in 1u32..150, share in 0.0f64..1.0) {
             let all = order(width, height);
-            let first = (width.div_ceil(COARSEST) * height.div_ceil(COARSEST)) as usize;
-            let count = ((share * all.len() as f64) as usize).clamp(first, all.len());
+            let points = |side: u32| (width.div_ceil(side) * height.div_ceil(side)) as usize;
+            let count = ((share * all.len() as f64) as usize).clamp(points(COARSEST), all.len());
             let mut samples = vec![0; all.len()];
             all[..count].iter().for_each(|p| samples[*p as usize] = 1);
-            let far = 4.0 * (all.len() as f64 / count as f64).sqrt() + 1.0;
+            let sides = (0..=6).map(|k| 1u32 << k);
+            let far = f64::from(sides.filter(|side| points(*side) <= count).min().unwrap_or(COARSEST));
             for (p, q) in stand_ins(width, &samples).into_iter().enumerate() {
                 let p = p as u32;
                 prop_assert!(samples[q as usize] > 0);
