@@ -37,9 +37,9 @@ Examples:
 
 Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
 appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
-exits with 130; a second Ctrl-C ends at once and saves nothing. The tiles finished by then are kept \
+exits with 130; a second Ctrl-C ends at once and saves nothing. What is finished by then is kept \
 beside the image in OUT.partial: the same command with --resume goes on from there, and the image \
-is the same, bit for bit, as if it had not been interrupted.
+is the same, bit for bit, as if it had not been interrupted. Only --time leaves nothing to go on from.
 
 ",
     exit_codes!()
@@ -342,7 +342,7 @@ pub struct AccuracyArgs {
     pub budget: bool,
 
     /// Choose samples, depth and precision so that the RMSE, in linear light from 0 to 1, is at most this
-    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "resume", "replicates"])]
+    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "replicates"])]
     pub error: Option<f64>,
 
     /// Choose samples and depth so that the error is least in this many seconds of wall time
@@ -354,7 +354,7 @@ pub struct AccuracyArgs {
     pub confidence: f64,
 
     /// Paint what is known of each pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other images
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',', conflicts_with = "resume")]
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
 
     /// Independent sets that the samples of a pixel are dealt to; divides the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]

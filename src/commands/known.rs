@@ -2,13 +2,15 @@
 
 use super::console::Console;
 use super::failure::Failure;
+use super::load;
 use super::render::{Deliver, say_layers};
+use super::state::StateFile;
 use crate::cli::{Output, RenderArgs};
 use crate::image::{Format, Metadata, heat};
-use crate::measure::promise::{self, Known, Layer, Request, Target};
-use crate::progress::{Progress, Style};
+use crate::measure::promise::{self, Kept, Known, Layer, Request, Target};
+use crate::progress::{self, Progress, Style};
 use crate::render::{Rendered, Renderer};
-use crate::scene::Scene;
+use crate::report::Report;
 use crate::settings::{Precision, Settings};
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -20,25 +22,26 @@ const REPLICATES: u32 = 4;
 /// As many where each pixel's own interval is painted: from there Student's t covers what it claims.
 const REPLICATES_OF_PIXELS: u32 = 16;
 
-/// What the arguments ask of the image's error, if anything; `settings` get their replicates.
-pub(super) fn request(
-    args: &RenderArgs,
-    settings: &mut Settings,
-    started: Instant,
-) -> Result<Option<Request>, Failure> {
+/// True if anything is asked of the image's error.
+pub(super) fn is_wanted(args: &RenderArgs) -> bool {
+    let a = &args.accuracy;
+    a.error.is_some() || a.time.is_some() || a.budget || !a.aov.is_empty()
+}
+
+/// The replicates of an image of whose error nothing is asked.
+pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
+    settings.replicates = replicates(args.accuracy.replicates, 1, settings.samples)?;
+    Ok(())
+}
+
+/// What the arguments ask of the image's error; `settings` get their replicates.
+fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Result<Request, Failure> {
     let a = &args.accuracy;
     let target = match (a.error, a.time) {
         (Some(error), _) => Target::Error(error),
-        (_, Some(seconds)) => Target::Time { seconds, from: started },
-        _ if a.budget || !a.aov.is_empty() => Target::Settings,
-        _ => {
-            settings.replicates = replicates(a.replicates, 1, settings.samples)?;
-            return Ok(None);
-        }
+        (_, Some(seconds)) => Target::Time { seconds, from: started, layers: a.aov.len() as u32 },
+        _ => Target::Settings,
     };
-    if args.resume {
-        return Err(Failure::Usage("--resume goes on with plain renders, not with --budget or --aov".into()));
-    }
     if target == Target::Settings {
         if settings.samples < 2 {
             return Err(Failure::Usage(
@@ -51,12 +54,12 @@ pub(super) fn request(
             return Err(Failure::Usage("a budget needs --replicates 2 or more".into()));
         }
     }
-    Ok(Some(Request {
+    Ok(Request {
         target,
         confidence: a.confidence,
         keep_depth: args.depth.is_some(),
         keep_precision: args.precision.is_some(),
-    }))
+    })
 }
 
 /// The number asked for, or the largest up to `most` that divides the samples; of a prime, all of them.
@@ -73,12 +76,18 @@ fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failur
 pub(super) fn run(
     args: &RenderArgs,
     format: Format,
-    (scene, scene_seconds): (&Scene, f64),
-    settings: &Settings,
-    request: &Request,
+    state: Option<StateFile>,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
+    let earlier = match &state {
+        Some(state) => state.earlier(args.resume, Kept::read, console)?,
+        None => None,
+    };
+    let (scene, scene_seconds) = load(&args.scene)?;
+    let mut settings = super::render::settings(args, &scene)?;
+    let request = request(args, &mut settings, started)?;
+    progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
     let label = match request.target {
         Target::Settings => "rendering".to_owned(),
@@ -86,9 +95,12 @@ pub(super) fn run(
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
-    let known = promise::render(&mut renderer, scene, settings, request, &mut progress);
+    let known = promise::resume(&mut renderer, &scene, &settings, &request, earlier, &mut progress);
     drop(progress);
-    let mut known = known?;
+    let mut known = known.map_err(|error| match &state {
+        Some(state) => state.explain(error),
+        None => error.into(),
+    })?;
     known.report.time.scene += scene_seconds;
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
@@ -96,28 +108,52 @@ pub(super) fn run(
         .iter()
         .map(|(layer, values)| (layer.name(), values.iter().map(|v| *v as f32).collect()))
         .collect();
-    let asked = known.report.asked.clone();
+    let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
     let rendered = Rendered {
         width: known.samples.width,
         height: known.height,
-        linear: known.samples.linear(),
+        linear: known.linear(),
         done: known.done,
         report: known.report,
         unfinished: None,
     };
     let report = Deliver { args, format, channels: &channels }.deliver(rendered, started, console)?;
-    let file = report.image.file;
+    let file = &report.image.file;
     say_layers(&names, console);
     super::render::validated(&renderer.validation_messages(), console)?;
-    if known.cancelled {
-        return Err(Failure::Interrupted(format!("interrupted: the image as it is, is saved in {file}")));
+    if cancelled {
+        let then = match (&state, unfinished) {
+            (Some(state), Some(mut unfinished)) => {
+                unfinished.begun.time = report.time.clone();
+                state.save(|out| unfinished.write(out))?;
+                format!("; go on with --resume (from {})", state.path().display())
+            }
+            _ => String::new(),
+        };
+        return Err(Failure::Interrupted(format!(
+            "interrupted: the image as it is, is saved in {file}{then}"
+        )));
     }
-    match (asked.met, asked.unmet_why) {
+    if let Some(state) = state.filter(|_| args.resume) {
+        state.remove()?;
+    }
+    match (report.asked.met, &report.asked.unmet_why) {
         (Some(false), why) => Err(Failure::Unmet(format!(
             "what was asked for was not reached: {}; the image is saved in {file}",
-            why.unwrap_or_default()
+            why.as_deref().unwrap_or_default()
         ))),
         _ => Ok(()),
+    }
+}
+
+/// A time that was asked for and has passed is not kept, whatever else was.
+pub(super) fn late(report: &mut Report) {
+    let asked = &mut report.asked;
+    if let (Some(time), Some(true)) = (asked.time, asked.met)
+        && report.time.wall > (1.0 + promise::LATE) * time
+    {
+        asked.met = Some(false);
+        asked.unmet_why = Some(format!("it took {}", units::seconds(report.time.wall)));
     }
 }
 

@@ -22,17 +22,17 @@ use std::time::Instant;
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     let format = check(args)?;
     let state = state_file(args);
+    if known::is_wanted(args) {
+        return known::run(args, format, state, started, console);
+    }
     let earlier = match &state {
-        Some(state) => state.earlier(args.resume, console)?,
+        Some(state) => state.earlier(args.resume, Unfinished::read, console)?,
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
     let mut settings = settings(args, &scene)?;
-    let request = known::request(args, &mut settings, started)?;
+    known::set_replicates(args, &mut settings)?;
     progress::catch_interrupts()?;
-    if let Some(request) = request {
-        return known::run(args, format, (&scene, scene_seconds), &settings, &request, started, console);
-    }
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), "rendering");
     let rendered = renderer.resume(&scene, &settings, earlier, &mut progress);
@@ -97,7 +97,7 @@ fn writable(path: &Path) -> Result<(), Failure> {
 }
 
 /// The scene's settings under those of the command line.
-fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+pub(super) fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
     let mut settings = Settings::of(scene);
     if let Some(Size { width, height }) = args.size {
         (settings.width, settings.height) = (width, height);
@@ -152,6 +152,7 @@ impl Deliver<'_> {
         self.write_image(&rendered)?;
         let report = &mut rendered.report;
         report.time.wall += started.elapsed().as_secs_f64();
+        known::late(report);
         if let Some(path) = &self.args.report {
             write_json(path, report)?;
         }
@@ -198,7 +199,7 @@ fn interrupted(
     let then = match (state, unfinished) {
         (Some(state), Some(mut unfinished)) => {
             unfinished.time = report.time.clone();
-            state.save(&unfinished)?;
+            state.save(|out| unfinished.write(out))?;
             format!("go on with --resume (from {})", state.path().display())
         }
         _ => "nothing is kept to resume from, as no tile is finished".into(),

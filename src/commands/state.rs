@@ -1,12 +1,12 @@
-//! The state file beside an image, `OUT.partial`: the finished tiles of an interrupted render.
+//! The state file beside an image, `OUT.partial`: what an interrupted render has finished.
 
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::{RenderError, Unfinished};
+use crate::render::RenderError;
 use anyhow::{Context, anyhow};
 use std::fs::{self, File};
-use std::io::BufReader;
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 /// A state file, there or not.
@@ -21,11 +21,16 @@ impl StateFile {
     }
 
     /// What to go on from, with `resume`; else a warning if there is something.
-    pub(super) fn earlier(&self, resume: bool, console: &mut Console) -> Result<Option<Unfinished>, Failure> {
+    pub(super) fn earlier<T>(
+        &self,
+        resume: bool,
+        read: impl FnOnce(&mut dyn BufRead) -> io::Result<T>,
+        console: &mut Console,
+    ) -> Result<Option<T>, Failure> {
         let name = self.0.display();
         match (self.0.exists(), resume) {
             (true, true) => {
-                let read = File::open(&self.0).and_then(|file| Unfinished::read(&mut BufReader::new(file)));
+                let read = File::open(&self.0).and_then(|file| read(&mut BufReader::new(file)));
                 Ok(Some(read.map_err(|error| self.refuse(&error))?))
             }
             (true, false) => {
@@ -58,15 +63,15 @@ impl StateFile {
     }
 
     /// Writes it whole or not at all.
-    pub(super) fn save(&self, state: &Unfinished) -> Result<(), Failure> {
-        Ok(atomic_file::write(&self.0, |out| state.write(out))
+    pub(super) fn save(&self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+        Ok(atomic_file::write(&self.0, |out| write(out))
             .with_context(|| format!("cannot write {}", self.0.display()))?)
     }
 
     /// Removes it once the image is whole.
     pub(super) fn remove(&self) -> Result<(), Failure> {
         match fs::remove_file(&self.0) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 Err(anyhow!("cannot remove {}: {error}", self.0.display()).into())
             }
             _ => Ok(()),

@@ -30,7 +30,9 @@ impl Metadata {
         if let Some([x0, y0, x1, y1]) = settings.crop {
             about += &format!(", crop {x0},{y0},{x1},{y1}");
         }
-        if done < 1.0 {
+        if done < 1.0 && report.asked.time.is_some() {
+            about += &format!(", {:.1} % of the pixels standing for all", 100.0 * done);
+        } else if done < 1.0 {
             about += &format!(", interrupted with {:.1} % done", 100.0 * done);
         }
         Metadata::new([

@@ -11,6 +11,7 @@
 //! Each step doubles where the bound falls most per ray (Neyman's rule, taken greedily), so that a prefix of
 //! the work is the best use of a prefix of the time.
 
+use super::coarse;
 use super::gathered::Gathered;
 use super::samples::{Source, Traced};
 use super::sampling::{Noise, SamplingBound, unseen_squares};
@@ -56,13 +57,14 @@ impl Goal {
 }
 
 /// Samples to trace next. Give it back to [`Allocation::record`] with what came of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// Pixels `y * width + x`.
     pub pixels: Vec<u32>,
     /// Samples of each.
     pub samples: Range<u32>,
-    /// Parts of classes it consists of: class and how many pixels; none in the pilot.
+    /// Parts of classes it consists of: class and how many pixels, those recorded before included; none in
+    /// the pilot.
     parts: Vec<(usize, usize)>,
 }
 
@@ -101,8 +103,10 @@ pub struct Allocation {
     gathered: Gathered,
     /// Empty until the pilot is done.
     classes: Vec<Class>,
-    /// Pixels the pilot has.
+    /// Pixels the pilot has: the first of [`coarse::order`].
     piloted: usize,
+    /// What is left of a step that was cut short.
+    open: Option<Step>,
 }
 
 /// What a class would gain by doubling the rest of it.
@@ -120,7 +124,7 @@ impl Allocation {
     /// Nothing traced yet.
     pub fn new(width: u32, height: u32, replicates: usize, goal: Goal) -> Allocation {
         let gathered = Gathered::new(width, height, replicates);
-        Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0 }
+        Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0, open: None }
     }
 
     /// What is asked for.
@@ -136,6 +140,27 @@ impl Allocation {
     /// All samples so far.
     pub fn gathered(&self) -> &Gathered {
         &self.gathered
+    }
+
+    /// Hands the samples out, to be kept elsewhere; they must be [put back](Allocation::put_gathered) before
+    /// anything else is done.
+    pub fn take_gathered(&mut self) -> Gathered {
+        let nothing = Gathered::new(self.gathered.width, 0, self.gathered.replicates);
+        std::mem::replace(&mut self.gathered, nothing)
+    }
+
+    /// Takes back what [`Allocation::take_gathered`] gave; false if it is of another image.
+    pub fn put_gathered(&mut self, gathered: Gathered) -> bool {
+        let fits = gathered.width == self.gathered.width
+            && gathered.replicates == self.gathered.replicates
+            && gathered.samples.len() as u64 == u64::from(gathered.width) * u64::from(self.height);
+        self.gathered = gathered;
+        fits
+    }
+
+    /// True while a step that was cut short waits to be completed.
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
     }
 
     /// The sampling bound of the image as it is; `None` until every pixel has its pilot.
@@ -164,8 +189,11 @@ impl Allocation {
 
     /// What to trace next with at most `budget` rays, as far as they can be foretold from those traced
     /// (`f64::INFINITY` for no limit). `None` at the end ([`Allocation::outcome`]), or where the
-    /// budget is too small for any sample.
+    /// budget is too small for any sample. A step that was cut short is completed first, at any cost.
     pub fn next_step(&self, budget: f64) -> Option<Step> {
+        if let Some(open) = &self.open {
+            return Some(open.clone());
+        }
         if self.classes.is_empty() {
             return self.pilot_step(budget);
         }
@@ -211,29 +239,31 @@ impl Allocation {
         let left = self.gathered.samples.len() - self.piloted;
         let rays = if self.samples() > 0 { self.rays() as f64 / self.samples() as f64 } else { 1.0 };
         let wanted = (budget / (rays * f64::from(self.goal.pilot))).floor().min(left as f64) as usize;
-        let first = self.piloted as u32;
-        let pixels: Vec<u32> = (first..first + wanted as u32).collect();
+        let order = coarse::order(self.gathered.width, self.height);
+        let pixels = order[self.piloted..self.piloted + wanted].to_vec();
         (!pixels.is_empty()).then_some(Step { pixels, samples: 0..self.goal.pilot, parts: Vec::new() })
     }
 
-    /// Takes in what came of `step`.
+    /// Takes in what came of `step`: of all its pixels, or of the first of them if it was cut short. Nothing is
+    /// decided until the rest follows, so that the image does not depend on where it was cut.
     pub fn record(&mut self, step: &Step, traced: &Traced) {
+        let there = traced.marks.len().min(step.pixels.len());
         self.gathered.add(&step.pixels, step.samples.end - step.samples.start, traced);
         if self.classes.is_empty() {
-            self.piloted += step.pixels.len();
+            self.piloted += there;
             if self.piloted == self.gathered.samples.len() {
                 self.classify();
             }
             return;
         }
+        if there < step.pixels.len() {
+            self.open = Some(Step { pixels: step.pixels[there..].to_vec(), ..step.clone() });
+            return;
+        }
+        self.open = None;
         for &(class, pixels) in &step.parts {
             self.advance(class, pixels);
         }
-    }
-
-    /// Takes in what there is of a pilot that was cut short. No step can follow.
-    pub fn record_part(&mut self, step: &Step, traced: &Traced) {
-        self.gathered.add(&step.pixels, step.samples.end - step.samples.start, traced);
     }
 
     fn advance(&mut self, class: usize, pixels: usize) {

@@ -200,6 +200,35 @@ fn a_render_in_pieces_is_the_render_in_one() {
     assert_eq!(parts.gathered(), whole.gathered());
 }
 
+/// Cut short anywhere, saved and loaded: nothing that was traced is lost, and the image is the same.
+#[test]
+fn a_step_may_be_cut_anywhere() {
+    let picture = picture(Kind::Thin, 40, 9);
+    let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
+    let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, pilot: 16, most: 1024 };
+    let mut whole = Allocation::new(40, 40, 4, goal);
+    let Ok(_) = run(&mut whole, &mut painter(), |_| true);
+    let mut cut = Allocation::new(40, 40, 4, goal);
+    let (mut traced, mut cuts) = (0, 0);
+    for round in 0.. {
+        let Some(step) = cut.next_step(f64::INFINITY) else { break };
+        let first = step.pixels.len() * [3, 7, 8, 0][round % 4] / 8;
+        let first = if round > 40 { step.pixels.len() } else { first };
+        let mut source = painter();
+        let Ok(part) = source.trace(&step.pixels[..first], step.samples.clone());
+        cut.record(&step, &part);
+        traced += source.traced;
+        assert_eq!(cut.samples(), traced);
+        cuts += usize::from(cut.is_open());
+        let gathered = cut.take_gathered();
+        let text = serde_json::to_string(&cut).unwrap();
+        cut = serde_json::from_str(&text).unwrap();
+        assert!(cut.put_gathered(gathered));
+    }
+    assert!(cuts > 3);
+    assert_eq!(cut, whole);
+}
+
 /// Without a target: every step within its budget, the bound falls, and the cap ends it.
 #[test]
 fn a_budget_is_kept_and_spent() {

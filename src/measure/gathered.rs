@@ -6,6 +6,7 @@ use super::samples::{Mark, Traced};
 use super::sampling::Noise;
 use super::truncation::{self, TruncationBound};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// The samples of an image so far, pixel by pixel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,12 +50,43 @@ impl Gathered {
         }
     }
 
-    /// Lets pixel `to` be what pixel `from` is.
-    pub fn copy(&mut self, from: usize, to: usize) {
-        let r = self.replicates;
-        self.samples[to] = self.samples[from];
-        self.marks[to] = self.marks[from];
-        self.sums.copy_within(from * r..(from + 1) * r, to * r);
+    /// Appends everything, as little-endian numbers.
+    pub(super) fn put(&self, to: &mut Vec<u8>) {
+        let mut word = |n: u32| to.extend(n.to_le_bytes());
+        [self.width, self.replicates as u32, self.samples.len() as u32].into_iter().for_each(&mut word);
+        self.samples.iter().for_each(|n| word(*n));
+        for m in &self.marks {
+            [m.hash_least, m.hash_most, m.rays, m.depth].into_iter().for_each(&mut word);
+        }
+        let cuts = self.marks.iter().map(|m| &m.cut);
+        self.sums.as_flattened().iter().chain(cuts).for_each(|x| to.extend(x.to_le_bytes()));
+    }
+
+    /// Takes what [`Gathered::put`] wrote from the front of `from`; `None` if that is too short.
+    pub(super) fn take(from: &mut &[u8]) -> Option<Gathered> {
+        let mut word = || {
+            let (n, rest) = from.split_first_chunk()?;
+            *from = rest;
+            Some(u32::from_le_bytes(*n))
+        };
+        let (width, replicates, pixels) = (word()?, word()? as usize, word()? as usize);
+        let samples = (0..pixels).map(|_| word()).collect::<Option<_>>()?;
+        let mut mark = || {
+            let (hash_least, hash_most, rays, depth) = (word()?, word()?, word()?, word()?);
+            Some(Mark { hash_least, hash_most, rays, depth, cut: 0.0 })
+        };
+        let mut marks = (0..pixels).map(|_| mark()).collect::<Option<Vec<Mark>>>()?;
+        let mut number = || {
+            let (x, rest) = from.split_first_chunk()?;
+            *from = rest;
+            Some(f64::from_le_bytes(*x))
+        };
+        let mut sum = || Some([number()?, number()?, number()?]);
+        let sums = (0..pixels.checked_mul(replicates)?).map(|_| sum()).collect::<Option<_>>()?;
+        for m in &mut marks {
+            m.cut = number()?;
+        }
+        Some(Gathered { width, replicates, samples, sums, marks })
     }
 
     /// Sums of the replicates of pixel `at`.
@@ -73,6 +105,13 @@ impl Gathered {
         (0..self.samples.len()).map(|at| self.mean(at).map(|channel| channel as f32)).collect()
     }
 
+    /// The image with pixels that have no samples as the nearest that have; it must have been sampled from
+    /// [coarse to fine](super::coarse).
+    pub fn filled(&self) -> Vec<[f32; 3]> {
+        let linear = self.linear();
+        super::coarse::stand_ins(self.width, &self.samples).into_iter().map(|p| linear[p as usize]).collect()
+    }
+
     /// Share of pixels that have samples.
     pub fn done(&self) -> f64 {
         self.samples.iter().filter(|n| **n > 0).count() as f64 / self.samples.len().max(1) as f64
@@ -86,6 +125,11 @@ impl Gathered {
 
     /// Half the width of each pixel's interval, of its widest channel.
     pub fn half_widths(&self, confidence: f64) -> Vec<f64> {
+        self.half_widths_of(0..self.samples.len(), confidence)
+    }
+
+    /// The same of some pixels.
+    pub(super) fn half_widths_of(&self, pixels: Range<usize>, confidence: f64) -> Vec<f64> {
         let half = |at: usize| {
             let each = f64::from(self.samples[at]) / self.replicates as f64;
             let brightest = self.sums_of(at).iter().flatten().fold(1.0, |m: f64, sum| m.max(sum / each));
@@ -97,7 +141,7 @@ impl Gathered {
             };
             if self.samples[at] == 0 { f64::NAN } else { of(0).max(of(1)).max(of(2)) }
         };
-        (0..self.samples.len()).map(half).collect()
+        pixels.map(half).collect()
     }
 
     /// Mean throughput that the image lost to the cut.

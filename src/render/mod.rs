@@ -10,7 +10,7 @@ mod unfinished;
 pub(crate) use frame::mean;
 pub use survey::Survey;
 pub(crate) use tile::{Tile, tiles};
-pub use unfinished::{Mismatch, Unfinished};
+pub use unfinished::{Begun, Mismatch, Unfinished};
 
 use crate::abi::Specialisation;
 use crate::coincident;

@@ -3,7 +3,8 @@
 
 use super::frame::{End, Frame, Part, sum};
 use super::tally::Tally;
-use super::{Observer, RenderError, Renderer};
+use super::unfinished::Identity;
+use super::{Begun, Observer, RenderError, Renderer};
 use crate::abi;
 use crate::measure::samples::{Mark, Traced};
 use crate::pack::{Packed, pack};
@@ -13,6 +14,14 @@ use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use std::ops::Range;
 use std::time::{Duration, Instant};
+
+/// Seconds of one part: a survey that is cancelled ends within about that time.
+const PART_SECONDS: f64 = 0.25;
+/// Samples of the first part where time is short and the pace is not known.
+const FIRST_SAMPLES: f64 = 2048.0;
+/// Share of the time left to a deadline that one part may take: so that it is kept where the next pixels take
+/// nearly twice as long as the last.
+const PART_SHARE: f64 = 0.5;
 
 /// A scene on a device under fixed settings, whose pixels are traced on demand. Memory is taken once.
 pub struct Survey {
@@ -26,6 +35,10 @@ pub struct Survey {
     tally: Tally,
     /// Rays that fit a batch; halved when a queue overflows.
     batch: u32,
+    /// When traces end, finished or not.
+    deadline: Option<Instant>,
+    /// Seconds that a sample of the last part took, and those of the shortest part, both with everything.
+    pace: Option<(f64, f64)>,
     /// Time that went into packing and planning.
     pub built: Duration,
     /// Time that went into kernels and buffers.
@@ -64,6 +77,8 @@ impl Survey {
             warnings,
             tally: Tally::default(),
             batch,
+            deadline: None,
+            pace: None,
             built,
             prepared,
         })
@@ -93,16 +108,33 @@ impl Survey {
     pub fn cut_at(&mut self, depth: u32, cutoff: f32) {
         self.settings.depth = depth.min(self.deepest);
         self.settings.cutoff = cutoff;
+        self.pace = None;
         self.frame.cut_at(self.settings.depth, cutoff);
     }
 
-    /// Seconds of device work so far.
-    pub fn device_seconds(&self) -> f64 {
-        self.tally.passes.values().map(|(_, seconds)| seconds).sum()
+    /// Ends every trace by `deadline`, with what is there then; no part is begun that would not be done
+    /// by it. `None` lets them run.
+    pub fn finish_by(&mut self, deadline: Option<Instant>) {
+        self.deadline = deadline;
     }
 
-    /// Traces samples `samples` of each of `pixels` (row * width + column). If it is cancelled, only the
-    /// first of them are there: as many as there are marks.
+    /// What the bits of its samples depend on, `settings` being those asked for.
+    pub fn begun(&self, renderer: &Renderer, scene: &Scene, settings: &Settings) -> Begun {
+        Begun::new(Identity::new(&renderer.device.info(), &self.packed, scene, settings))
+    }
+
+    /// `begun` with what was counted so far.
+    pub fn counted(&self, begun: Begun) -> Begun {
+        begun.with(self.tally.clone())
+    }
+
+    /// Counts what an earlier one traced as its own.
+    pub fn count(&mut self, earlier: &Begun) {
+        self.tally.add(earlier.tally());
+    }
+
+    /// Traces samples `samples` of each of `pixels` (row * width + column). If it is cancelled or out of time,
+    /// only the first of them are there: as many as there are marks.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -120,20 +152,34 @@ impl Survey {
         };
         let each = u64::from(samples.end - samples.start);
         let total = pixels.len() as u64 * each;
-        let mut parts: Vec<&[u32]> = pixels.chunks(self.frame.plan.tile_pixels as usize).rev().collect();
+        let mut observer = InTime { observer, deadline: self.deadline };
+        let mut parts = vec![pixels];
         while let Some(list) = parts.pop() {
+            if list.is_empty() {
+                continue;
+            }
+            let most = self.part_pixels(each);
+            if most == 0 {
+                break;
+            }
+            let (list, rest) = list.split_at(list.len().min(most));
+            parts.push(rest);
+            let start = Instant::now();
             let count = list.len() as u32;
             self.frame.list(list)?;
             self.frame.batch_samples = (self.batch / count).clamp(1, abi::LOOP_CAP / 2);
             let part = Part::listed(self.settings.width, count);
             let done = traced.marks.len() as u64 * each;
-            match self.frame.samples(&part, samples.clone(), observer, done, total)? {
+            match self.frame.samples(&part, samples.clone(), &mut observer, done, total)? {
                 End::Done(n, _) if u64::from(n) < each => break,
                 End::Done(_, more) => {
                     let (film, marks) = self.frame.film(count)?;
                     traced.sums.extend(film.iter().map(sum));
                     traced.marks.extend(marks.iter().map(mark));
                     self.tally.add(&more);
+                    let seconds = start.elapsed().as_secs_f64();
+                    let shortest = self.pace.map_or(f64::INFINITY, |(_, shortest)| shortest);
+                    self.pace = Some((seconds / (count as f64 * each as f64), seconds.min(shortest)));
                 }
                 End::Overflow if self.frame.batch_samples > 1 => {
                     self.batch = (self.frame.batch_samples / 2).max(1).saturating_mul(count);
@@ -153,6 +199,44 @@ impl Survey {
             }
         }
         Ok(traced)
+    }
+
+    /// Pixels of the next part, `each` samples of each; none if there is no time for any.
+    fn part_pixels(&self, each: u64) -> usize {
+        let most = self.frame.plan.tile_pixels as usize;
+        let left = self.deadline.map(|d| d.saturating_duration_since(Instant::now()).as_secs_f64());
+        let samples = match (self.pace, left) {
+            (None, None) => return most,
+            (None, Some(left)) if left <= 0.0 => return 0,
+            (None, Some(_)) => return ((FIRST_SAMPLES / each as f64) as usize).clamp(1, most),
+            (Some((sample, _)), None) => PART_SECONDS / sample,
+            // Even few samples take as long as the shortest part.
+            (Some((_, shortest)), Some(left)) if left < 1.5 * shortest => return 0,
+            (Some((sample, _)), Some(left)) => {
+                let samples = (PART_SHARE * left).min(PART_SECONDS) / sample;
+                if samples < each as f64 && left < each as f64 * sample {
+                    return 0;
+                }
+                samples
+            }
+        };
+        ((samples / each as f64) as usize).clamp(1, most)
+    }
+}
+
+/// An observer that cancels at a time, too.
+struct InTime<'a> {
+    observer: &'a mut dyn Observer,
+    deadline: Option<Instant>,
+}
+
+impl Observer for InTime<'_> {
+    fn progress(&mut self, done: u64, total: u64) {
+        self.observer.progress(done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled() || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 

@@ -85,6 +85,35 @@ fn told(s: &SettingsInfo) -> String {
     )
 }
 
+/// Which render it was that a survey was made for, and what had been counted when it was interrupted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Begun {
+    identity: Identity,
+    /// Seconds of all parts so far; wall and scene are the caller's to fill.
+    pub time: TimeInfo,
+    tally: Tally,
+}
+
+impl Begun {
+    pub(super) fn new(identity: Identity) -> Begun {
+        Begun { identity, time: TimeInfo::default(), tally: Tally::default() }
+    }
+
+    pub(super) fn with(self, tally: Tally) -> Begun {
+        Begun { tally, ..self }
+    }
+
+    pub(super) fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// # Errors
+    /// If `now` is another render than `self`, an earlier one: says in what they differ first.
+    pub fn check(&self, now: &Begun) -> Result<(), Mismatch> {
+        self.identity.check(&now.identity)
+    }
+}
+
 /// The finished tiles of an interrupted render, and what they counted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Unfinished {
@@ -144,6 +173,9 @@ impl Unfinished {
         let damaged = |what: &str| io::Error::new(ErrorKind::InvalidData, what.to_owned());
         let mut header = Vec::new();
         from.read_until(b'\n', &mut header)?;
+        if crate::measure::promise::is_kept(&header) {
+            return Err(damaged("it was begun with --error or --budget"));
+        }
         let mut state: Unfinished = serde_json::from_slice(&header)?;
         let region = state.identity.settings.region();
         if !state.tiles.iter().all(|tile| tile.is_in(region)) {

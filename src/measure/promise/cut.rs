@@ -2,9 +2,10 @@
 
 use super::traced::Tracing;
 use super::{DEEPEST, REPLICATES};
-use crate::measure::gathered::Gathered;
 use crate::measure::limit::RadianceLimit;
 use crate::render::RenderError;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// Depths that are tried, in this order.
 const LADDER: [u32; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 24, 32, 48, DEEPEST];
@@ -25,8 +26,15 @@ const LEAST_SHARE: f64 = 0.02;
 /// A ray that hides less is not traced where time is short: an eighth of an 8-bit code.
 const NEGLIGIBLE: f64 = 5e-4;
 
+/// Pixels of the first look where time is short.
+const FIRST_PIXELS: u32 = 256;
+/// Share of the time for looks that one of them may take.
+const LOOK_SHARE: f64 = 0.3;
+/// RMS difference of a pixel to its neighbour that stands for it, as it is in ordinary pictures.
+const NEIGHBOUR: f64 = 0.1;
+
 /// A place to cut paths, and what it does in a few pixels.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Cut {
     pub(super) depth: u32,
     pub(super) cutoff: f32,
@@ -46,42 +54,48 @@ impl Cut {
         if left > 0.0 { self.rays * left.powf(-4.0 / 3.0) } else { f64::INFINITY }
     }
 
+    /// Nothing is known of it.
+    pub(super) fn unseen(depth: u32, cutoff: f32) -> Cut {
+        Cut { depth, cutoff, hidden: 0.0, rays: 1.0, noise: 0.0 }
+    }
+
     /// The error to expect of so many rays.
     fn error(&self, rays: f64, pixels: u32) -> f64 {
         self.hidden + self.sampling(rays, pixels)
     }
 
-    /// Its sampling part; infinite where the rays do not even make a pilot.
+    /// Its sampling part. Where the rays do not even make a pilot, pixels are as their neighbours.
     fn sampling(&self, rays: f64, pixels: u32) -> f64 {
         let share = rays / (self.rays * f64::from(pixels) * f64::from(REPLICATES));
-        if share < 1.0 { f64::INFINITY } else { self.noise * share.powf(-0.75) }
+        let untraced = (1.0 - share).max(0.0);
+        self.noise * share.max(1.0).powf(-0.75) + NEIGHBOUR * untraced.sqrt()
     }
 }
 
-/// What cutting there does in a few pixels.
+/// What cutting there does in a few pixels; `None` if cancelled or out of time.
 pub(super) fn look(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
     depth: u32,
     cutoff: f32,
     pixels: u32,
-) -> Result<Cut, RenderError> {
+) -> Result<Option<Cut>, RenderError> {
     tracing.survey.cut_at(depth, cutoff);
     let places = tracing.region.spread(pixels);
-    let traced = crate::measure::samples::Source::trace(tracing, &places, 0..REPLICATES)?;
-    // The pixels looked at are an image of their own.
-    let count = traced.marks.len() as u32;
-    let mut seen = Gathered::new(count, 1, REPLICATES as usize);
-    seen.add(&(0..count).collect::<Vec<_>>(), REPLICATES, &traced);
+    let seen = tracing.see(&places)?;
+    let count = seen.samples.len() as u32;
+    if (count as usize) < places.len() {
+        return Ok(None);
+    }
     let rays: u64 = seen.marks.iter().map(|m| u64::from(m.rays)).sum();
     let noise = seen.noise();
-    Ok(Cut {
+    Ok(Some(Cut {
         depth,
         cutoff,
         hidden: seen.truncation(limit).rms,
         rays: rays as f64 / f64::from((count * REPLICATES).max(1)),
         noise: (noise.squares / f64::from(count.max(1))).sqrt(),
-    })
+    }))
 }
 
 /// Pixels to look at after `last`: fewer where samples take many rays.
@@ -103,7 +117,8 @@ fn ladder(
     let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
     for (i, &depth) in depths.iter().enumerate() {
         match look(tracing, limit, depth, cutoff, enough_pixels(rungs.last())) {
-            Ok(rung) => rungs.push(rung),
+            Ok(Some(rung)) => rungs.push(rung),
+            Ok(None) => break,
             // One sample's rays outgrew the queue: deeper ones would all the more.
             Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
             Err(error) => return Err(error),
@@ -147,8 +162,8 @@ pub(super) fn for_error(
             }
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
             match look(tracing, limit, depth, cutoff, enough_pixels(cuts.last())) {
-                Ok(cut) => cuts.push(cut),
-                Err(RenderError::DoesNotFit(_)) => break,
+                Ok(Some(cut)) => cuts.push(cut),
+                Ok(None) | Err(RenderError::DoesNotFit(_)) => break,
                 Err(error) => return Err(error),
             }
             if tracing.observer.cancelled() {
@@ -157,10 +172,7 @@ pub(super) fn for_error(
         }
     }
     let least_hidden = cuts.iter().rev().min_by(|a, b| a.hidden.total_cmp(&b.hidden)).cloned();
-    best(&cuts, target)
-        .cloned()
-        .or(least_hidden)
-        .ok_or_else(|| RenderError::Failed("no depth was tried".into()))
+    Ok(best(&cuts, target).cloned().or(least_hidden).unwrap_or(Cut::unseen(1, 0.0)))
 }
 
 fn best(cuts: &[Cut], target: f64) -> Option<&Cut> {
@@ -169,22 +181,60 @@ fn best(cuts: &[Cut], target: f64) -> Option<&Cut> {
     possible.min_by(|a, b| a.cost(target).total_cmp(&b.cost(target)))
 }
 
-/// The cut of the least error for `rays` rays in all; `pace` says if there is time to look further.
-pub(super) fn for_rays(
+/// The cut of the least error for what is left of the time, `left()` seconds, and rays a second of the device; `None` if
+/// there was no time to look. No look is begun that would not be done `by` then.
+pub(super) fn for_time(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
-    rays: impl Fn() -> f64,
-    in_time: impl Fn() -> bool,
-) -> Result<Cut, RenderError> {
-    let pixels = tracing.region.pixels();
-    // Deeper cuts err by their sampling part at least.
-    let past_best = |rungs: &[Cut]| {
-        let best = rungs.iter().map(|r| r.error(rays(), pixels)).fold(f64::INFINITY, f64::min);
-        !in_time() || rungs.last().is_some_and(|last| last.sampling(rays(), pixels) > best)
-    };
+    left: impl Fn() -> f64,
+    by: Instant,
+) -> Result<Option<(Cut, f64)>, RenderError> {
+    let all = tracing.region.pixels();
     let brightest = limit.rgb.iter().fold(1.0, |m: f64, c| m.max(*c));
-    let rungs = ladder(tracing, limit, 0, (NEGLIGIBLE / brightest) as f32, past_best)?;
-    let error = |cut: &Cut| cut.error(rays(), pixels);
+    let cutoff = (NEGLIGIBLE / brightest) as f32;
+    let mut rungs: Vec<Cut> = Vec::new();
+    // Small looks are slow looks: the device is at least as fast as in the best of them.
+    let mut pace = 0.0;
+    for (i, depth) in LADDER.into_iter().enumerate() {
+        let in_time = by.saturating_duration_since(Instant::now()).as_secs_f64();
+        let pixels = match rungs.last() {
+            None => FIRST_PIXELS,
+            // Another depth at most doubles the rays of a sample.
+            Some(last) => {
+                let rays = 2.0 * last.rays * f64::from(REPLICATES);
+                enough_pixels(Some(last)).min((LOOK_SHARE * in_time * pace / rays) as u32)
+            }
+        };
+        if in_time <= 0.0 || (i > 0 && pixels < FIRST_PIXELS / 4) {
+            break;
+        }
+        let start = Instant::now();
+        tracing.survey.finish_by(Some(by));
+        let seen = look(tracing, limit, depth, cutoff, pixels);
+        tracing.survey.finish_by(None);
+        let rung = match seen {
+            Ok(Some(rung)) => rung,
+            Ok(None) => break,
+            Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
+            Err(error) => return Err(error),
+        };
+        let rays = rung.rays * f64::from(tracing.region.spread(pixels).len() as u32 * REPLICATES);
+        pace = f64::max(pace, rays / start.elapsed().as_secs_f64());
+        let (nothing_hidden, many_rays) = (rung.hidden == 0.0, rung.rays > MOST_RAYS);
+        rungs.push(rung.clone());
+        if nothing_hidden {
+            let beyond = LADDER[(i + MARGIN).min(LADDER.len() - 1)];
+            rungs.push(Cut { depth: beyond, ..rung });
+            break;
+        }
+        // Deeper cuts err by their sampling part at least.
+        let rays = pace * left();
+        let best = rungs.iter().map(|r| r.error(rays, all)).fold(f64::INFINITY, f64::min);
+        if rung.sampling(rays, all) > best || many_rays || tracing.observer.cancelled() {
+            break;
+        }
+    }
+    let error = |cut: &Cut| cut.error(pace * left(), all);
     let best = rungs.into_iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)));
-    best.ok_or_else(|| RenderError::Failed("no depth was tried".into()))
+    Ok(best.map(|cut| (cut, pace)))
 }

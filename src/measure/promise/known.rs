@@ -1,12 +1,12 @@
 //! An image whose error is known, and what can be painted of it.
 
-use super::Task;
+use super::{Kept, Task};
 use crate::coincident;
-use crate::measure::budget::{self, Rounding};
+use crate::measure::budget;
 use crate::measure::gathered::Gathered;
 use crate::measure::limit::RadianceLimit;
-use crate::render::{RenderError, Survey};
-use crate::report::Report;
+use crate::render::{Observer, Survey};
+use crate::report::{Report, TimeInfo};
 use std::time::Duration;
 
 /// An image with its error budget.
@@ -20,12 +20,18 @@ pub struct Known {
     pub limit: RadianceLimit,
     /// Difference of each pixel to the same samples in f64, where all of them were compared.
     pub rounding: Option<Vec<f64>>,
-    /// Everything that was counted, timed, asked for and reached.
+    /// Confidence of what is said of the error.
+    pub confidence: f64,
+    /// Everything that was counted, timed, asked for and reached; no error where some pixels have no samples.
     pub report: Report,
-    /// Share of the pixels that have samples; 1 unless interrupted.
+    /// Share of the pixels that have samples; 1 unless interrupted or short of time.
     pub done: f64,
+    /// It was sampled from coarse to fine: pixels without samples can be filled in.
+    coarse: bool,
     /// True if it was cancelled.
     pub cancelled: bool,
+    /// What [`resume`](super::resume) needs to go on, if it was cancelled and can be gone on with.
+    pub unfinished: Option<Kept>,
 }
 
 /// What `--aov` paints, one number a pixel.
@@ -85,12 +91,17 @@ impl std::str::FromStr for Layer {
 }
 
 impl Known {
+    /// The image, linear RGB. Pixels without samples are as the nearest that have some, where those are spread
+    /// over the image; else black.
+    pub fn linear(&self) -> Vec<[f32; 3]> {
+        if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
+    }
+
     /// The numbers of a layer, rows from the top; NaN where a pixel has none.
     pub fn layer(&self, layer: Layer) -> Vec<f64> {
-        let confidence = self.report.error.as_ref().map_or(0.95, |e| e.confidence);
         let marks = || self.samples.marks.iter();
         match layer {
-            Layer::Sampling => self.samples.half_widths(confidence),
+            Layer::Sampling => self.samples.half_widths(self.confidence),
             Layer::Truncation => self.samples.hidden(&self.limit),
             Layer::Rounding => {
                 self.rounding.clone().unwrap_or_else(|| vec![f64::NAN; self.samples.samples.len()])
@@ -102,46 +113,45 @@ impl Known {
     }
 }
 
-impl Task<'_> {
-    /// The image with its budget, all of whose samples may have been compared with f64.
-    pub(super) fn known(
-        self,
-        image: Gathered,
-        survey: Survey,
-        rounding: Option<Rounding>,
-        prepared: Duration,
-        render: Duration,
-    ) -> Result<Known, RenderError> {
-        let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
-        self.known_with(image, survey, rounding.map(|r| r.pixels), part, prepared, render)
-    }
+/// What was rendered, and how long that took.
+pub(super) struct Image {
+    pub(super) samples: Gathered,
+    /// Rounding part, and pixels of which some sample took another way in f64.
+    pub(super) rounding: Option<(f64, u64)>,
+    pub(super) prepared: Duration,
+    pub(super) render: Duration,
+    /// Times of an earlier part of it.
+    pub(super) before: TimeInfo,
+    /// It was sampled from coarse to fine.
+    pub(super) coarse: bool,
+}
 
-    /// The image with its budget.
-    pub(super) fn known_with(
-        self,
-        image: Gathered,
-        survey: Survey,
-        pixels: Option<Vec<f64>>,
-        rounding: Option<(f64, u64)>,
-        prepared: Duration,
-        render: Duration,
-    ) -> Result<Known, RenderError> {
+impl Task<'_> {
+    /// The image with its budget; with none where pixels lack samples.
+    pub(super) fn known(self, image: Image, survey: &Survey) -> Known {
+        let Image { samples, rounding, prepared, render, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
         report.warnings = survey.warnings.clone();
         report.warnings.extend(coincident::warnings(self.scene));
-        let traced: u64 = image.samples.iter().map(|n| u64::from(*n)).sum();
-        let mean = traced as f64 / image.samples.len().max(1) as f64;
+        let traced: u64 = samples.samples.iter().map(|n| u64::from(*n)).sum();
+        let mean = traced as f64 / samples.samples.len().max(1) as f64;
         report.settings.samples = mean.round() as u32;
         report.settings.crop = self.settings.crop;
-        report.time.build = survey.built.as_secs_f64();
-        report.time.first_dispatch = prepared.as_secs_f64();
-        report.time.device = report.passes.iter().map(|p| p.seconds).sum();
-        report.time.render = render.as_secs_f64();
-        report.error = Some(budget::budget(&image, &self.limit, rounding, self.request.confidence));
-        let done = image.done();
-        let height = image.samples.len() as u32 / image.width.max(1);
+        report.time = TimeInfo {
+            build: before.build + survey.built.as_secs_f64(),
+            first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
+            device: report.passes.iter().map(|p| p.seconds).sum(),
+            render: before.render + render.as_secs_f64(),
+            ..before
+        };
+        let done = samples.done();
+        let confidence = self.request.confidence;
+        report.error = (done == 1.0).then(|| budget::budget(&samples, &self.limit, rounding, confidence));
+        let height = samples.samples.len() as u32 / samples.width.max(1);
         let cancelled = self.observer.cancelled();
-        Ok(Known { samples: image, height, limit: self.limit, rounding: pixels, report, done, cancelled })
+        let limit = self.limit;
+        let (rounding, unfinished) = (None, None);
+        Known { samples, height, limit, rounding, confidence, report, done, coarse, cancelled, unfinished }
     }
 }

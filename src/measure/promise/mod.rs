@@ -9,18 +9,24 @@
 
 mod cut;
 mod fixed;
+mod forward;
+mod kept;
 mod known;
 mod rounded;
 mod traced;
 mod until_error;
 mod until_time;
 
+pub use kept::Kept;
+pub(crate) use kept::is_kept;
 pub use known::{Known, Layer};
+pub use until_time::LATE;
 
 use super::limit::{RadianceLimit, radiance_limit};
 use crate::render::{Observer, RenderError, Renderer};
 use crate::scene::Scene;
 use crate::settings::Settings;
+use forward::Forward;
 use std::time::Instant;
 
 /// What is wanted of an image.
@@ -36,6 +42,8 @@ pub enum Target {
         seconds: f64,
         /// When it began.
         from: Instant,
+        /// How many layers are painted of it then: that takes time, too.
+        layers: u32,
     },
 }
 
@@ -67,7 +75,7 @@ struct Task<'a> {
     settings: Settings,
     request: Request,
     limit: RadianceLimit,
-    observer: &'a mut dyn Observer,
+    observer: Forward<'a>,
 }
 
 /// Renders `scene` as `request` says. A cancelled render gives what there is.
@@ -81,11 +89,31 @@ pub fn render(
     request: &Request,
     observer: &mut dyn Observer,
 ) -> Result<Known, RenderError> {
+    resume(renderer, scene, settings, request, None, observer)
+}
+
+/// Renders what an earlier, interrupted one left; image and error are the same, bit for bit, as if it had not
+/// been interrupted. A time is never gone on with.
+///
+/// # Errors
+/// As [`render()`]; also if `earlier` is of another request, scene, device or program.
+pub fn resume(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    settings: &Settings,
+    request: &Request,
+    earlier: Option<Kept>,
+    observer: &mut dyn Observer,
+) -> Result<Known, RenderError> {
+    if let Some(earlier) = &earlier {
+        earlier.check(request)?;
+    }
     let limit = radiance_limit(scene);
+    let observer = Forward::new(observer);
     let task = Task { renderer, scene, settings: settings.clone(), request: *request, limit, observer };
     match request.target {
-        Target::Settings => task.fixed(),
-        Target::Error(target) => task.until_error(target),
-        Target::Time { seconds, from } => task.until_time(seconds, from),
+        Target::Settings => task.fixed(earlier),
+        Target::Error(target) => task.until_error(target, earlier),
+        Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
     }
 }

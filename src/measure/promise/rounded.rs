@@ -7,9 +7,11 @@ use crate::measure::gathered::Gathered;
 use crate::measure::sampling::Noise;
 use crate::render::{RenderError, Survey};
 use crate::settings::{Precision, Settings};
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// What single precision does, as seen in some samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Rounded {
     /// RMSE of pixels whose samples all went the same way: it does not average out.
     same_way: f64,
@@ -63,12 +65,14 @@ pub(super) fn poisson_limit(count: u64, risk: f64) -> f64 {
 }
 
 impl Task<'_> {
-    /// Compares `survey` with f64 on about `samples` samples; `None` where the device has no f64.
+    /// Compares `survey` with f64 on about `samples` samples; `None` where the device has no f64, or it could
+    /// not be done `by` then.
     pub(super) fn rounded(
         &mut self,
         survey: &mut Survey,
         samples: u64,
         risk: f64,
+        by: Option<Instant>,
     ) -> Result<Option<Rounded>, RenderError> {
         if survey.precision() == Precision::Double {
             return Ok(Some(Rounded::default()));
@@ -80,16 +84,17 @@ impl Task<'_> {
         let mut exact = Survey::new(self.renderer, self.scene, &settings)?;
         let region = Region::of(&self.settings);
         let places = region.spread((samples / u64::from(REPLICATES)).clamp(1024, 1 << 30) as u32);
-        let mut gather = |survey: &mut Survey| -> Result<Gathered, RenderError> {
-            let mut tracing = Tracing { survey, region, observer: self.observer };
-            let traced = crate::measure::samples::Source::trace(&mut tracing, &places, 0..REPLICATES)?;
-            let count = traced.marks.len() as u32;
-            let mut seen = Gathered::new(count, 1, REPLICATES as usize);
-            seen.add(&(0..count).collect::<Vec<_>>(), REPLICATES, &traced);
+        let mut see = |survey: &mut Survey| -> Result<Gathered, RenderError> {
+            survey.finish_by(by);
+            let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places)?;
+            survey.finish_by(None);
             Ok(seen)
         };
-        let (a, b) = (gather(survey)?, gather(&mut exact)?);
+        let (a, b) = (see(survey)?, see(&mut exact)?);
         let seen = a.samples.len().min(b.samples.len());
+        if seen < places.len() {
+            return Ok(None);
+        }
         let all = budget::rounding(&a, &b);
         let mut same = 0.0;
         for at in (0..seen).filter(|at| budget::same_way(&a.marks[*at], &b.marks[*at])) {

@@ -1,5 +1,6 @@
 //! A survey seen as the source of an allocation, with places in the region for pixels of the image.
 
+use super::REPLICATES;
 use crate::measure::gathered::Gathered;
 use crate::measure::samples::{Source, Traced};
 use crate::render::{Observer, RenderError, Survey};
@@ -53,17 +54,14 @@ pub(super) struct Tracing<'a> {
 }
 
 impl Tracing<'_> {
-    /// Adds samples of `places` to `gathered`; of the first of them only if cancelled.
-    pub(super) fn gather(
-        &mut self,
-        gathered: &mut Gathered,
-        places: &[u32],
-        samples: Range<u32>,
-    ) -> Result<(), RenderError> {
-        let count = samples.end - samples.start;
-        let traced = self.trace(places, samples)?;
-        gathered.add(places, count, &traced);
-        Ok(())
+    /// [`REPLICATES`] samples of each of `places`, as an image of their own; of the first of them only if
+    /// cancelled.
+    pub(super) fn see(&mut self, places: &[u32]) -> Result<Gathered, RenderError> {
+        let traced = self.trace(places, 0..REPLICATES)?;
+        let count = traced.marks.len() as u32;
+        let mut seen = Gathered::new(count, 1, REPLICATES as usize);
+        seen.add(&(0..count).collect::<Vec<_>>(), REPLICATES, &traced);
+        Ok(seen)
     }
 }
 
@@ -76,36 +74,5 @@ impl Source for Tracing<'_> {
 
     fn trace(&mut self, pixels: &[u32], samples: Range<u32>) -> Result<Traced, RenderError> {
         self.survey.trace(&self.region.in_image(pixels), samples, self.observer)
-    }
-}
-
-/// An observer of one step of many: its progress stands within that of the whole.
-pub(super) struct Part<'a> {
-    observer: &'a mut dyn Observer,
-    done: u64,
-    total: u64,
-    still: bool,
-}
-
-impl<'a> Part<'a> {
-    /// `done` of `total` samples were there before.
-    pub(super) fn of(observer: &'a mut dyn Observer, done: u64, total: u64) -> Part<'a> {
-        Part { observer, done, total, still: false }
-    }
-
-    /// The whole is not counted in samples.
-    pub(super) fn still(observer: &'a mut dyn Observer, done: u64, total: u64) -> Part<'a> {
-        Part { observer, done, total, still: true }
-    }
-}
-
-impl Observer for Part<'_> {
-    fn progress(&mut self, done: u64, _total: u64) {
-        let done = if self.still { self.done } else { self.done + done };
-        self.observer.progress(done.min(self.total), self.total);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled()
     }
 }

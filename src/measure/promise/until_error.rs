@@ -1,13 +1,14 @@
 //! `--error`: the cheapest samples, depth and precision whose three parts come to the error asked for.
 
 use super::cut::{self, Cut};
-use super::known::Known;
+use super::kept::{Chosen, Kept, Stage};
+use super::known::{Image, Known};
 use super::rounded::Rounded;
-use super::traced::{Part, Region, Tracing};
+use super::traced::{Region, Tracing};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
 use crate::measure::allocate::{Allocation, Goal, Outcome};
 use crate::measure::samples::Source;
-use crate::render::{RenderError, Survey};
+use crate::render::{Mismatch, Observer, RenderError, Survey};
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
 
@@ -21,35 +22,58 @@ const ROUNDING_SAMPLES: f64 = 33.0;
 /// Least share of the error that is left to sampling; where more is lost to a cut, a deeper one is taken.
 const LEAST_SAMPLING: f64 = 0.3;
 
+/// Shares of the progress that the choice of precision and of cuts stand for.
+const CHOICE: [f64; 2] = [0.03, 0.08];
+
 impl Task<'_> {
     /// Renders until the error is at most `target`, or says why it cannot be.
-    pub(super) fn until_error(mut self, target: f64) -> Result<Known, RenderError> {
+    pub(super) fn until_error(mut self, target: f64, earlier: Option<Kept>) -> Result<Known, RenderError> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
-        let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+        let asked = self.settings.clone();
+        let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
+        let begun = survey.begun(self.renderer, self.scene, &asked);
+        let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
         let start = Instant::now();
-        let mut rounded = self.precision_for(&mut survey, target)?;
-        // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        let mut tried = 0;
-        let mut last = false;
-        let (allocation, why) = loop {
-            let cut = self.cut_for(&mut survey, target, tried)?;
-            survey.cut_at(cut.depth, cut.cutoff);
-            let (allocation, retry) = self.sample(&mut survey, target, rounded.as_ref(), !last)?;
-            if !retry {
-                break (allocation, self.why_not(&cut, target, rounded.as_ref()));
-            }
-            tried = cut.depth;
-            last = tried >= DEEPEST;
+        let mut chosen = match earlier {
+            Some(kept) => match kept.taken_up(&begun, &mut survey)?.0 {
+                Stage::Error(chosen) => *chosen,
+                Stage::Settings => return Err(Mismatch("it holds no samples of --error".into()).into()),
+            },
+            None => self.choose(&mut survey, target)?,
         };
+        self.go_to(&mut survey, &chosen)?;
+        // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
+        while self.sample(&mut survey, target, &mut chosen)? == Sampled::LosesTooMuch {
+            let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
+            if self.observer.cancelled() {
+                survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
+                break;
+            }
+            survey.cut_at(cut.depth, cut.cutoff);
+            let last = cut.depth >= DEEPEST;
+            chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
+        }
+        let why = self.why_not(&chosen.cut, target, chosen.rounded.as_ref());
+        let capped = chosen.allocation.outcome() == Outcome::Capped;
+        let cancelled = self.observer.cancelled();
+        let samples =
+            if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
+        let rounding = chosen.rounded.map(|r| (r.part(&samples), r.pixels));
+        let kept = (cancelled && samples.done() > 0.0).then(|| {
+            let images = vec![chosen.allocation.take_gathered()];
+            Kept::new(&self.request, survey.counted(begun), Stage::Error(Box::new(chosen)), images)
+        });
         let confidence = self.request.confidence;
-        let image = allocation.gathered().clone();
-        let rounding = rounded.take().map(|r| (r.part(&image), r.pixels));
-        let capped = allocation.outcome() == Outcome::Capped;
         let prepared = survey.prepared;
-        let mut known = self.known_with(image, survey, None, rounding, prepared, start.elapsed())?;
-        let met = known.done == 1.0
-            && known.report.error.as_ref().is_some_and(|e| e.rounding.is_some() && e.total <= target);
+        let render = start.elapsed();
+        let image = Image { samples, rounding, prepared, render, before, coarse: true };
+        let mut known = self.known(image, &survey);
+        let error = known.report.error.as_ref();
+        let met = error.is_some_and(|e| e.rounding.is_some() && e.total <= target);
+        let no_rounding = error.is_some_and(|e| e.rounding.is_none());
+        known.cancelled &= !met;
+        known.unfinished = kept.filter(|_| !met);
         known.report.asked.error = Some(target);
         known.report.asked.met = Some(met);
         known.report.asked.unmet_why = (!met).then(|| {
@@ -59,13 +83,46 @@ impl Task<'_> {
                 why
             } else if capped {
                 format!("some pixels need more than {MOST_SAMPLES} samples")
-            } else if known.report.error.as_ref().is_some_and(|e| e.rounding.is_none()) {
+            } else if no_rounding {
                 "the rounding part is not known: this device has no f64 to compare with".to_owned()
             } else {
                 format!("what it takes at {:.0} % confidence was not reached", 100.0 * confidence)
             }
         });
         Ok(known)
+    }
+
+    /// Precision and cut; of no meaning if it was cancelled meanwhile.
+    fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+        self.observer.span(0.0, CHOICE[0]);
+        let asked = survey.precision();
+        let rounded = self.precision_for(survey, target)?;
+        let double = survey.precision() != asked;
+        self.observer.span(CHOICE[0], CHOICE[1]);
+        let cut = self.cut_for(survey, target, 0)?;
+        Ok(Chosen { cut, last: false, double, rounded, allocation: self.allocation(target) })
+    }
+
+    /// Lets `survey` be as it was chosen.
+    fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
+        if chosen.double && survey.precision() != Precision::Double {
+            self.settings.precision = Precision::Double;
+            let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
+            let begun = survey.begun(self.renderer, self.scene, &self.settings);
+            exact.count(&survey.counted(begun));
+            *survey = exact;
+        }
+        survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
+        Ok(())
+    }
+
+    /// Nothing sampled yet.
+    fn allocation(&self, target: f64) -> Allocation {
+        let region = Region::of(&self.settings);
+        let confidence = self.sampling_confidence();
+        let pixels = region.pixels() as usize;
+        let goal = Goal::for_target(0.5 * target, confidence, pixels, REPLICATES as usize, MOST_SAMPLES);
+        Allocation::new(region.width, region.height, REPLICATES as usize, goal)
     }
 
     /// The rounding part; in f64 where single precision takes too much of the error.
@@ -75,7 +132,7 @@ impl Task<'_> {
         let samples = ((ROUNDING_SAMPLES * -risk.ln() / 5.3) / (target * target)).min(whole as f64) as u64;
         // Looked at where paths are not yet cut late: a deep path is a rare one, and as rarely rounded.
         survey.cut_at(self.settings.depth.min(8), self.settings.cutoff);
-        let rounded = self.rounded(survey, samples, risk)?;
+        let rounded = self.rounded(survey, samples, risk, None)?;
         let too_much = rounded.is_some_and(|r| r.part_at(16.0) > ROUNDING_SHARE * target);
         if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
@@ -87,72 +144,49 @@ impl Task<'_> {
 
     fn cut_for(&mut self, survey: &mut Survey, target: f64, after: u32) -> Result<Cut, RenderError> {
         let region = Region::of(&self.settings);
-        let mut tracing = Tracing { survey, region, observer: self.observer };
+        let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if self.request.keep_depth {
-            return cut::look(
-                &mut tracing,
-                &self.limit,
-                self.settings.depth,
-                self.settings.cutoff,
-                cut::PIXELS,
-            );
+            let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
+            let cut = cut::look(&mut tracing, &self.limit, depth, cutoff, cut::PIXELS)?;
+            return Ok(cut.unwrap_or(Cut::unseen(depth, cutoff)));
         }
         cut::for_error(&mut tracing, &self.limit, target, after)
     }
 
-    /// Samples until the sum of the parts is the target; true if the cut loses so much that another should
-    /// be taken.
+    /// Samples until the sum of the parts is the target, or it is cancelled.
     fn sample(
         &mut self,
         survey: &mut Survey,
         target: f64,
-        rounded: Option<&Rounded>,
-        may_retry: bool,
-    ) -> Result<(Allocation, bool), RenderError> {
+        chosen: &mut Chosen,
+    ) -> Result<Sampled, RenderError> {
         let region = Region::of(&self.settings);
-        let confidence = self.sampling_confidence();
-        let goal = Goal::for_target(
-            0.5 * target,
-            confidence,
-            region.pixels() as usize,
-            REPLICATES as usize,
-            MOST_SAMPLES,
-        );
-        let mut allocation = Allocation::new(region.width, region.height, REPLICATES as usize, goal);
-        allocation.aim_at(0.0);
-        while let Some(step) = allocation.next_step(f64::INFINITY) {
-            let done = allocation.samples();
-            let step_samples = step.pixels.len() as u64 * u64::from(step.samples.end - step.samples.start);
-            let ahead = ahead(&allocation, step_samples);
-            let mut observer = Part::of(self.observer, done, ahead);
-            let mut tracing = Tracing { survey, region, observer: &mut observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
-            if traced.marks.len() < step.pixels.len() {
-                // Cut short: of a pilot, what there is; else the image before it is the better one.
-                if allocation.bound().is_none() {
-                    allocation.record_part(&step, &traced);
+        loop {
+            // Everything is decided by what was sampled: one that goes on decides the same.
+            if chosen.allocation.bound().is_some() && !chosen.allocation.is_open() {
+                let image = chosen.allocation.gathered();
+                let hidden = image.truncation(&self.limit).rms;
+                let left = target - hidden - chosen.rounded.map_or(0.0, |r| r.part(image));
+                let too_much = left < LEAST_SAMPLING * target && hidden > 0.1 * target;
+                if too_much && !chosen.last && !self.request.keep_depth {
+                    return Ok(Sampled::LosesTooMuch);
                 }
-                break;
+                // Where the rest is too much already, sample as if it were half.
+                chosen.allocation.aim_at(if left > 0.0 { left } else { 0.5 * target });
             }
-            allocation.record(&step, &traced);
-            let image = allocation.gathered();
-            let hidden = image.truncation(&self.limit).rms;
-            let rounding = rounded.map_or(0.0, |r| r.part(image));
-            let left = target - hidden - rounding;
-            if may_retry
-                && !self.request.keep_depth
-                && left < LEAST_SAMPLING * target
-                && hidden > 0.1 * target
-            {
-                return Ok((allocation, true));
-            }
-            // Where the rest is too much already, sample as if it were half.
-            allocation.aim_at(if left > 0.0 { left } else { 0.5 * target });
+            let Some(step) = chosen.allocation.next_step(f64::INFINITY) else { break };
             if self.observer.cancelled() {
                 break;
             }
+            let done = chosen.allocation.samples() as f64;
+            let more = step.pixels.len() as f64 * f64::from(step.samples.end - step.samples.start);
+            let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE[1]);
+            self.observer.span(CHOICE[1] + done / all, CHOICE[1] + (done + more) / all);
+            let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            chosen.allocation.record(&step, &traced);
         }
-        Ok((allocation, false))
+        Ok(Sampled::All)
     }
 
     /// What of the confidence is the sampling part's.
@@ -174,14 +208,21 @@ impl Task<'_> {
     }
 }
 
-/// Samples to expect in all, for the progress: they go with the -4/3 power of the error.
-fn ahead(allocation: &Allocation, step: u64) -> u64 {
-    let done = allocation.samples() + step;
-    match (allocation.bound(), allocation.goal().target) {
-        (Some(now), Some(target)) if target > 0.0 && now.bound > target => {
-            let factor = (now.bound / target).powf(4.0 / 3.0).min(1e6);
-            ((allocation.samples() as f64 * factor) as u64).max(done)
-        }
-        _ => done,
-    }
+/// How sampling ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sampled {
+    /// At the goal, or as near as it comes, or cancelled.
+    All,
+    /// Another cut is needed.
+    LosesTooMuch,
+}
+
+/// Samples to expect in all, for the progress: they go with the -4/3 power of the error (edges; Mitchell,
+/// SIGGRAPH 1996). Before there is a bound, by the pixels that were looked at.
+fn ahead(chosen: &Chosen, target: f64, pixels: u32) -> f64 {
+    let (now, error, goal) = match (chosen.allocation.bound(), chosen.allocation.goal().target) {
+        (Some(now), Some(goal)) => (chosen.allocation.samples() as f64, now.bound, goal),
+        _ => (f64::from(pixels) * f64::from(REPLICATES), chosen.cut.noise, target - chosen.cut.hidden),
+    };
+    if goal > 0.0 { now * (error / goal).max(1.0).powf(4.0 / 3.0).min(1e6) } else { now }
 }

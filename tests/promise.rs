@@ -1,0 +1,132 @@
+//! Images with a known error: cut short anywhere and gone on with, they are the same, bit for bit.
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+use whitted::measure::promise::{self, Kept, Known, Request, Target};
+use whitted::render::{Observer, Quiet, Renderer, Survey};
+use whitted::scene::{self, Scene};
+use whitted::settings::{DeviceChoice, Schedule, Settings};
+
+/// Lets so many submits of the whole's second half through; checks that progress goes forward only.
+struct StopAfter {
+    submits: u32,
+    beyond: f64,
+    last: u64,
+}
+
+impl Observer for StopAfter {
+    fn progress(&mut self, done: u64, total: u64) {
+        assert!(done >= self.last && done <= total, "{done} of {total} after {}", self.last);
+        self.last = done;
+        if done as f64 >= self.beyond * total as f64 {
+            self.submits = self.submits.saturating_sub(1);
+        }
+    }
+    fn cancelled(&self) -> bool {
+        self.submits == 0
+    }
+}
+
+fn scene(name: &str) -> Scene {
+    scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
+}
+
+fn settings(scene: &Scene, tile_pixels: u32) -> Settings {
+    let schedule = Schedule { tile_pixels: Some(tile_pixels), ..Schedule::default() };
+    Settings { width: 24, height: 20, seed: 5, schedule, ..Settings::of(scene) }
+}
+
+fn request(target: Target) -> Request {
+    Request { target, confidence: 0.95, keep_depth: false, keep_precision: true }
+}
+
+/// Through a file's bytes, as `--resume` goes.
+fn stored(kept: &Kept) -> Kept {
+    let mut bytes = Vec::new();
+    kept.write(&mut bytes).unwrap();
+    Kept::read(&mut bytes.as_slice()).unwrap()
+}
+
+fn whole_and_pieces(name: &str, request: &Request, samples: u32, stops: &[(u32, u32, f64)]) -> [Known; 2] {
+    let scene = scene(name);
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let own = |tile| {
+        let settings = settings(&scene, tile);
+        Settings { samples, replicates: if samples > 1 { 4 } else { 1 }, ..settings }
+    };
+    let whole = promise::render(&mut renderer, &scene, &own(480), request, &mut Quiet).unwrap();
+    assert!(whole.unfinished.is_none() && !whole.cancelled);
+    let mut earlier = None;
+    for &(tile, submits, beyond) in stops {
+        let mut stop = StopAfter { submits, beyond, last: 0 };
+        let part = promise::resume(&mut renderer, &scene, &own(tile), request, earlier, &mut stop).unwrap();
+        assert!(part.cancelled && part.done > 0.0, "{tile} {submits}");
+        let kept = part.unfinished.as_ref().unwrap();
+        assert_eq!(&stored(kept).begun, &kept.begun);
+        // Pixels without samples are filled in, or there are none.
+        assert_eq!(part.linear().len(), 480);
+        earlier = Some(stored(kept));
+    }
+    let last = promise::resume(&mut renderer, &scene, &own(55), request, earlier, &mut Quiet).unwrap();
+    [whole, last]
+}
+
+#[test]
+fn an_error_is_the_same_image_however_often_it_was_interrupted() {
+    // In the pilot, and in steps after it.
+    let stops = [(16, 2, 0.09), (7, 4, 0.2), (16, 5, 0.4), (7, 3, 0.7)];
+    let request = request(Target::Error(0.008));
+    let [whole, pieces] = whole_and_pieces("cornell.toml", &request, 1, &stops);
+    assert_eq!(whole.report.asked.met, Some(true), "{:?}", whole.report.asked);
+    assert_eq!(pieces.samples, whole.samples);
+    assert_eq!((&pieces.report.error, &pieces.report.asked), (&whole.report.error, &whole.report.asked));
+    let rays = |k: &whitted::report::Report| (k.rays.primary, k.rays.reflection, k.rays.shadow);
+    assert_eq!(rays(&pieces.report), rays(&whole.report));
+}
+
+#[test]
+fn a_budget_is_the_same_image_however_often_it_was_interrupted() {
+    let stops = [(16, 3, 0.1), (7, 4, 0.3), (16, 2, 0.7)];
+    let [whole, pieces] = whole_and_pieces("cornell_glass.toml", &request(Target::Settings), 16, &stops);
+    assert_eq!(pieces.samples, whole.samples);
+    assert_eq!((pieces.report.error, pieces.rounding), (whole.report.error, whole.rounding));
+}
+
+#[test]
+fn an_error_interrupted_at_once_keeps_nothing() {
+    let scene = scene("cornell.toml");
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut stop = StopAfter { submits: 1, beyond: 0.0, last: 0 };
+    let request = request(Target::Error(0.01));
+    let part = promise::render(&mut renderer, &scene, &settings(&scene, 480), &request, &mut stop).unwrap();
+    assert!(part.cancelled && part.done == 0.0 && part.unfinished.is_none() && part.report.error.is_none());
+}
+
+#[test]
+fn a_survey_ends_in_time_with_the_first_pixels() {
+    let scene = scene("nested_glass.toml");
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let settings = Settings { width: 300, height: 250, replicates: 4, ..settings(&scene, 1 << 20) };
+    let mut survey = Survey::new(&mut renderer, &scene, &settings).unwrap();
+    let all: Vec<u32> = (0..300 * 250).collect();
+    survey.finish_by(Some(Instant::now()));
+    assert_eq!(survey.trace(&all, 0..4, &mut Quiet).unwrap().marks.len(), 0);
+
+    // More than fits in any such time.
+    let far = Duration::from_millis(300);
+    survey.finish_by(Some(Instant::now() + far));
+    let some = survey.trace(&all, 0..4096, &mut Quiet).unwrap();
+    assert!(some.marks.len() < all.len(), "{}", some.marks.len());
+
+    survey.finish_by(Some(Instant::now() + far));
+    let some = survey.trace(&all, 0..4, &mut Quiet).unwrap();
+    assert!(!some.marks.is_empty());
+    survey.finish_by(None);
+    let first = &all[..some.marks.len().min(500)];
+    let again = survey.trace(first, 0..4, &mut Quiet).unwrap();
+    assert_eq!(again.marks[..], some.marks[..first.len()]);
+    assert_eq!(again.sums[..], some.sums[..4 * first.len()]);
+}

@@ -1,0 +1,276 @@
+//! Images with a known error as their users meet them: exit codes, reports, layers, and going on after an
+//! interrupt. Renders run on the software device.
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+
+fn whitted(output: &str, words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
+    command.args(["render", SCENE, "--device", "cpu", "-o", output]).args(words);
+    command
+}
+
+struct Bench(TempDir);
+
+impl Bench {
+    fn new() -> Bench {
+        Bench(tempfile::tempdir().unwrap())
+    }
+
+    fn at(&self, name: &str) -> String {
+        self.0.path().join(name).display().to_string()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let name = |e: fs::DirEntry| e.file_name().into_string().unwrap();
+        let mut names: Vec<_> = fs::read_dir(self.0.path()).unwrap().map(|e| name(e.unwrap())).collect();
+        names.sort();
+        names
+    }
+
+    /// Renders to `image`; gives the report.
+    fn render(&self, image: &str, words: &[&str], code: i32) -> Value {
+        let report = self.at("report.json");
+        let output = self.at(image);
+        whitted(&output, words).args(["--report", &report]).assert().code(code);
+        assert!(Path::new(&output).exists());
+        let report = fs::read(report).unwrap();
+        serde_json::from_slice(&report).unwrap()
+    }
+}
+
+#[test]
+fn what_cannot_be_is_a_usage_error() {
+    let bench = Bench::new();
+    let cases = [
+        "--error 0",
+        "--error -1",
+        "--error 0.01 --confidence 2",
+        "--error 0.01 --samples 4",
+        "--error 0.01 --time 1",
+        "--error 0.01 --replicates 4",
+        "--error 0.01 --precision fast",
+        "--error 0.01 --aov rounding",
+        "--time 0",
+        "--time 1 --resume",
+        "--time 1 --samples 4",
+        "--time 1 --aov rounding",
+        "--budget --samples 1",
+        "--budget --samples 6 --replicates 4",
+        "--budget --samples 4 --replicates 1",
+        "--aov sampling,colour",
+    ];
+    for case in cases {
+        let words: Vec<&str> = case.split(' ').collect();
+        let output = whitted(&bench.at("a.png"), &words).assert().code(2).get_output().clone();
+        assert!(!output.stderr.is_empty(), "{case}");
+    }
+    whitted("-", &["--aov", "samples"]).assert().code(2);
+    assert_eq!(bench.names(), Vec::<String>::new());
+}
+
+#[test]
+fn a_budget_tells_its_three_parts() {
+    let bench = Bench::new();
+    let report = bench.render("a.png", &["--size", "24x20", "--samples", "6", "--budget"], 0);
+    let error = &report["error"];
+    assert_eq!((&error["kind"], &error["confidence"]), (&"rmse".into(), &0.95.into()));
+    let part = |name: &str| error[name].as_f64().unwrap_or_else(|| panic!("{name}: {error}"));
+    let sum = part("sampling") + part("truncation") + part("rounding");
+    assert!(part("sampling") > 0.0 && (part("total") - sum).abs() < 1e-12, "{error}");
+    assert_eq!(error["truncation_bounded"], true);
+    assert_eq!(report["asked"]["error"], Value::Null);
+    assert_eq!(report["asked"]["met"], Value::Null);
+    // Of six samples, four replicates cannot be: three are the most.
+    assert_eq!((&report["settings"]["samples"], &report["settings"]["replicates"]), (&6.into(), &3.into()));
+}
+
+#[test]
+fn an_error_is_reached_and_the_same_however_the_work_is_cut() {
+    let bench = Bench::new();
+    let words = ["--size", "24x20", "--error", "0.02", "--confidence", "0.9"];
+    let report = bench.render("a.exr", &words, 0);
+    assert_eq!((&report["asked"]["error"], &report["asked"]["met"]), (&0.02.into(), &true.into()));
+    assert!(report["error"]["total"].as_f64().unwrap() <= 0.02, "{}", report["error"]);
+    assert_eq!(report["error"]["confidence"], 0.9);
+    let hash = report["image"]["linear_sha256"].clone();
+    let cut = ["--tile-pixels", "37", "--workgroup", "128", "--batch-samples", "3"];
+    for cut in [&[][..], &cut] {
+        let again = bench.render("b.exr", &[&words[..], cut].concat(), 0);
+        assert_eq!(again["image"]["linear_sha256"], hash, "{cut:?}");
+        assert_eq!(again["rays"], report["rays"], "{cut:?}");
+    }
+}
+
+#[test]
+fn an_error_that_cannot_be_reached_leaves_the_image_and_says_why() {
+    let bench = Bench::new();
+    let report = bench.render("a.png", &["--size", "24x20", "--error", "0.004", "--depth", "1"], 7);
+    assert_eq!(report["asked"]["met"], false);
+    let why = report["asked"]["unmet_why"].as_str().unwrap();
+    assert!(why.contains("rays that are not traced may hide more than was asked for"), "{why}");
+    assert!(report["error"]["truncation"].as_f64().unwrap() > 0.004);
+    assert_eq!(bench.names(), ["a.png", "report.json"]);
+}
+
+#[test]
+fn a_time_far_too_short_gives_a_coarse_image_of_unknown_error() {
+    let bench = Bench::new();
+    let report = bench.render("a.exr", &["--size", "120x100", "--time", "0.001"], 7);
+    assert_eq!((&report["asked"]["time"], &report["asked"]["met"]), (&0.001.into(), &false.into()));
+    let why = report["asked"]["unmet_why"].as_str().unwrap();
+    assert!(why.contains("too short") && why.contains("the error is not known"), "{why}");
+    assert_eq!(report["error"], Value::Null);
+    assert_eq!(report["settings"]["crop"], Value::Null);
+    // 64, 32, 16, 8 and some of 4: no pixel is left black that is lit around.
+    let image = whitted::image::read(Path::new(&bench.at("a.exr"))).unwrap();
+    let lit = image.linear.iter().filter(|c| c.iter().any(|c| *c > 0.0)).count();
+    assert!(lit > image.linear.len() / 2, "{lit} of {}", image.linear.len());
+}
+
+#[test]
+fn a_crop_has_its_own_error() {
+    let bench = Bench::new();
+    let words = ["--size", "60x50", "--crop", "20,10,44,30", "--error", "0.02"];
+    let report = bench.render("a.exr", &words, 0);
+    assert_eq!(report["settings"]["crop"], serde_json::json!([20, 10, 44, 30]));
+    let image = whitted::image::read(Path::new(&bench.at("a.exr"))).unwrap();
+    assert_eq!((image.width, image.height), (24, 20));
+}
+
+#[test]
+fn layers_are_pictures_beside_a_png_and_channels_of_an_exr() {
+    use exr::prelude::*;
+    let bench = Bench::new();
+    let layers = ["sampling", "truncation", "rounding", "samples", "depth", "cost"];
+    let words = ["--size", "24x20", "--samples", "16", "--aov", &layers.join(",")];
+    bench.render("a.png", &words, 0);
+    let mut expected: Vec<String> = layers.iter().map(|l| format!("a.{l}.png")).collect();
+    expected.extend(["a.png".into(), "report.json".into()]);
+    expected.sort();
+    assert_eq!(bench.names(), expected);
+    for layer in layers {
+        let painted = image::open(bench.at(&format!("a.{layer}.png"))).unwrap();
+        // With its scale.
+        assert!(painted.width() >= 24 && painted.height() > 20, "{layer}");
+    }
+
+    let bench = Bench::new();
+    bench.render("a.exr", &words, 0);
+    assert_eq!(bench.names(), ["a.exr", "report.json"]);
+    let file = read_first_flat_layer_from_file(bench.at("a.exr")).unwrap();
+    assert_eq!(file.layer_data.size, Vec2(24, 20));
+    let channel = |name: &str| -> Vec<f32> {
+        let found = file.layer_data.channel_data.list.iter().find(|c| c.name.to_string() == name);
+        found.unwrap_or_else(|| panic!("no channel {name}")).sample_data.values_as_f32().collect()
+    };
+    assert_eq!(channel("samples.Y"), vec![16.0; 24 * 20]);
+    assert!(channel("cost.Y").iter().all(|rays| *rays >= 16.0));
+    assert!(channel("depth.Y").iter().all(|depth| (1.0..=4.0).contains(depth)));
+    for name in ["sampling.Y", "truncation.Y", "rounding.Y"] {
+        assert!(channel(name).iter().all(|x| *x >= 0.0), "{name}");
+    }
+}
+
+/// Kills the program if the test ends before it.
+#[cfg(unix)]
+struct Stopped(std::process::Child);
+
+#[cfg(unix)]
+impl Drop for Stopped {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Starts a render, interrupts it once it is under way; its last line and exit code.
+#[cfg(unix)]
+fn interrupted(output: &str, words: &[&str]) -> (String, Option<i32>) {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let child = Command::new(env!("CARGO_BIN_EXE_whitted"))
+        .args(["render", SCENE, "-o", output, "--device", "cpu", "-v"])
+        .args(words)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut child = Stopped(child);
+    let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
+    // Beyond the choice of precision and depth.
+    let share = |line: &str| line.split_once(": ")?.1.strip_suffix(" %")?.parse::<f64>().ok();
+    assert!(
+        lines.any(|line| line.starts_with("rendering") && share(&line).is_some_and(|s| s > 10.0)),
+        "it ended before it was stopped"
+    );
+    // The shell's own `kill`: the program of that name is not on every machine.
+    let interrupt = format!("kill -INT {}", child.0.id());
+    assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
+    (lines.last().unwrap(), child.0.wait().unwrap().code())
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_error_resumes_to_the_same_image() {
+    let bench = Bench::new();
+    let words = ["--size", "24x20", "--error", "0.006"];
+    let whole = bench.render("whole.exr", &words, 0);
+    fs::remove_file(bench.at("report.json")).unwrap();
+    // Slowed down: how the work is cut changes no bit.
+    let slow = [&words[..], &["--tile-pixels", "4", "--batch-samples", "1"]].concat();
+    let (last, code) = interrupted(&bench.at("a.exr"), &slow);
+    assert_eq!(code, Some(130), "{last}");
+    assert!(last.contains("go on with --resume"), "{last}");
+    assert_eq!(bench.names(), ["a.exr", "a.exr.partial", "whole.exr"]);
+
+    // Another request does not go on from it, nor does a plain render, and they say why.
+    let cases: [(&[&str], &str); 4] = [
+        (&["--error", "0.01", "--size", "24x20"], "--error 0.006"),
+        (&["--error", "0.006", "--size", "24x21"], "--size 24x20"),
+        (&["--budget", "--size", "24x20"], "--budget"),
+        (&["--size", "24x20"], "it was begun with --error or --budget"),
+    ];
+    for (other, why) in cases {
+        let refused = whitted(&bench.at("a.exr"), other).arg("--resume").assert().code(1);
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.contains(why) && said.contains("a.exr.partial"), "{other:?}: {said}");
+    }
+    let resumed = bench.render("a.exr", &[&words[..], &["--resume"]].concat(), 0);
+    assert_eq!(bench.names(), ["a.exr", "report.json", "whole.exr"], "the state is gone");
+    assert_eq!(resumed["image"]["linear_sha256"], whole["image"]["linear_sha256"]);
+    assert_eq!((&resumed["error"], &resumed["rays"]), (&whole["error"], &whole["rays"]));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_budget_resumes_to_the_same_image() {
+    let bench = Bench::new();
+    let words = ["--size", "24x20", "--samples", "64", "--budget"];
+    let whole = bench.render("whole.exr", &words, 0);
+    let slow = [&words[..], &["--tile-pixels", "2", "--batch-samples", "1"]].concat();
+    let (last, code) = interrupted(&bench.at("a.exr"), &slow);
+    assert_eq!(code, Some(130), "{last}");
+
+    // A damaged state is not gone on with.
+    let state = fs::read(bench.at("a.exr.partial")).unwrap();
+    let mut damaged = state.clone();
+    damaged[state.len() - 1] ^= 1;
+    fs::write(bench.at("a.exr.partial"), damaged).unwrap();
+    let refused = whitted(&bench.at("a.exr"), &words).arg("--resume").assert().code(1);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(said.contains("the samples are not those that were written"), "{said}");
+
+    fs::write(bench.at("a.exr.partial"), state).unwrap();
+    let resumed = bench.render("a.exr", &[&words[..], &["--resume"]].concat(), 0);
+    assert_eq!(resumed["image"]["linear_sha256"], whole["image"]["linear_sha256"]);
+    assert_eq!(resumed["error"], whole["error"]);
+    assert_eq!(resumed["rays"], whole["rays"]);
+}
