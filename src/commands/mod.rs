@@ -1,5 +1,6 @@
 //! What the commands do. Standard output gets images and listings only; all else goes to standard error.
 
+pub mod calibrate;
 pub mod compare;
 pub mod console;
 pub mod devices;
@@ -30,8 +31,18 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Compare(args) => {
             compare::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
         }
+        Command::Calibrate(args) => calibrate::run(args, &mut Console::new(args.verbosity)),
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
+}
+
+/// The command line as it was given.
+fn command_line() -> String {
+    let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
+    std::iter::once("whitted".to_owned())
+        .chain(std::env::args().skip(1).map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Reads a scene; also the seconds that took.

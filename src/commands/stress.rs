@@ -88,7 +88,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     if let Some(path) = &args.page {
         let outcomes: Vec<Outcome> = report.cases.iter().map(Row::outcome).collect();
         let mut say = |what: &str| console.say(&format!("measuring: {what}"));
-        let page = page::make(&mut renderer, args.precision, &outcomes, &command(), &mut say);
+        let page = page::make(&mut renderer, args.precision, &outcomes, &super::command_line(), &mut say);
         save(path, &page.map_err(page_failure)?)?;
     }
     for message in renderer.validation_messages() {
@@ -124,15 +124,6 @@ fn page_failure(error: PageError) -> Failure {
         PageError::Stopped => Failure::Interrupted(error.to_string()),
         PageError::Figure(_) => anyhow::Error::new(error).into(),
     }
-}
-
-/// The command line as it was given.
-fn command() -> String {
-    let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
-    std::iter::once("whitted".to_owned())
-        .chain(std::env::args().skip(1).map(quoted))
-        .collect::<Vec<_>>()
-        .join(" ")
 }
 
 /// The pictures first, so that the page never names one that is not there.

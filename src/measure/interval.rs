@@ -55,7 +55,7 @@ pub fn wilson(mean: f64, n: u32, confidence: f64) -> Interval {
 
 /// Student's t over the means of independent replicates. The standard error is at least `floor`: replicates
 /// that agree by chance do not make a pixel certain. With samples in a range w and n of them in all, take
-/// `w / (2 n)`, half of what one sample moves the mean by.
+/// `w / (2 n)`, half of what one sample moves the mean by; where replicates differ, they tell their range themselves.
 pub fn student(means: &[f64], floor: f64, confidence: f64) -> Interval {
     let (mean, error) = mean_and_error(means);
     let half = quantile::student(0.5 + confidence / 2.0, means.len() as f64 - 1.0) * error.max(floor);
@@ -84,7 +84,8 @@ pub fn pixel(sums: &[f64], samples: u32, mark: &Mark, range: (f64, f64), confide
         let hidden = unseen(samples, confidence) * width;
         Interval { low: mean - hidden, high: mean + hidden, method: Method::Unseen }
     } else if sums.len() >= STUDENT_REPLICATES {
-        student(&means, width / (2.0 * f64::from(samples)), confidence)
+        let floor = if error == 0.0 { width / (2.0 * f64::from(samples)) } else { 0.0 };
+        student(&means, floor, confidence)
     } else {
         wilson(((mean - low) / width).clamp(0.0, 1.0), samples, confidence).scaled(low, high)
     };

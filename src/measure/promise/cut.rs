@@ -15,6 +15,11 @@ const MARGIN: usize = 3;
 pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
 const MOST_RAYS: f64 = 512.0;
+/// Fewest, where that many are in the region.
+const LEAST_PIXELS: f64 = 256.0;
+/// Greatest share of a region's pixels that is looked at, so that looking at a dozen cuts costs no more than a
+/// sample or two of every pixel.
+const LOOK_SHARE: f64 = 1.0 / 32.0;
 /// Rays that one look may take, more or less.
 const LOOK_RAYS: f64 = 1e6;
 /// Shares of an error that a single ray may hide, tried as weight cuts; and that of all other looks, which keeps
@@ -84,10 +89,11 @@ pub(super) fn look(
     })
 }
 
-/// Pixels to look at after `last`: fewer where samples take many rays.
-fn enough_pixels(last: Option<&Cut>) -> u32 {
+/// Pixels to look at after `last`, of `pixels`: fewer where samples take many rays.
+fn enough_pixels(pixels: u32, last: Option<&Cut>) -> u32 {
     let rays = last.map_or(1.0, |c| 2.0 * c.rays);
-    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(256.0, f64::from(PIXELS)) as u32
+    let most = (LOOK_SHARE * f64::from(pixels)).clamp(LEAST_PIXELS, f64::from(PIXELS));
+    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(LEAST_PIXELS, most) as u32
 }
 
 /// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
@@ -102,7 +108,7 @@ fn ladder(
     let mut rungs = Vec::new();
     let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
     for (i, &depth) in depths.iter().enumerate() {
-        match look(tracing, limit, depth, cutoff, enough_pixels(rungs.last())) {
+        match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), rungs.last())) {
             Ok(rung) => rungs.push(rung),
             // One sample's rays outgrew the queue: deeper ones would all the more.
             Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
@@ -146,7 +152,7 @@ pub(super) fn for_error(
                 continue;
             }
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
-            match look(tracing, limit, depth, cutoff, enough_pixels(cuts.last())) {
+            match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), cuts.last())) {
                 Ok(cut) => cuts.push(cut),
                 Err(RenderError::DoesNotFit(_)) => break,
                 Err(error) => return Err(error),

@@ -111,13 +111,8 @@ impl Task<'_> {
     ) -> Result<(Allocation, bool), RenderError> {
         let region = Region::of(&self.settings);
         let confidence = self.sampling_confidence();
-        let goal = Goal::for_target(
-            0.5 * target,
-            confidence,
-            region.pixels() as usize,
-            REPLICATES as usize,
-            MOST_SAMPLES,
-        );
+        let goal =
+            Goal::for_target(target, confidence, region.pixels() as usize, REPLICATES as usize, MOST_SAMPLES);
         let mut allocation = Allocation::new(region.width, region.height, REPLICATES as usize, goal);
         allocation.aim_at(0.0);
         while let Some(step) = allocation.next_step(f64::INFINITY) {
