@@ -56,7 +56,12 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let Verbosity { quiet, verbose } = args.verbosity;
     let mut console = Console::on(Box::new(tape.clone()), Verbosity { quiet, verbose });
     let format = check(&args).unwrap();
-    let result = deliver(&args, format, rendered(done), Instant::now(), &mut console);
+    let deliver = Deliver { args: &args, format, channels: &[] };
+    let result =
+        deliver.deliver(rendered(done), Instant::now(), &mut console).and_then(|report| match done {
+            1.0 => Ok(()),
+            _ => Err(interrupted(&report, done, None, None)?),
+        });
     (result, tape.text())
 }
 

@@ -107,8 +107,8 @@ const TRUTH_SHARE: f64 = 0.1;
 /// Share of the error asked for that is taken to be reached, when the truth is sought: images are better
 /// than they promise.
 const REACHED_SHARE: f64 = 0.5;
-/// Rays that one truth may take: about a minute of a software device.
-const TRUTH_RAYS: f64 = 1e8;
+/// Rays that one truth may take: some ten seconds of a software device.
+const TRUTH_RAYS: f64 = 2e7;
 /// Share of the seeds in which a plain render has to be as good, to be as good.
 const UNIFORM_SHARE: f64 = 0.95;
 /// Most seeds that it is chosen by.
