@@ -30,7 +30,7 @@ pub enum Method {
 pub const STUDENT_REPLICATES: usize = 16;
 
 /// Samples of a replicate from which on replicates that differ need no floor: with it pixels of little contrast
-/// are held 99.6 % of the time where 95 % is claimed; without it, and fewer samples, too seldom.
+/// are held 99.6 % of the time where 95 % is claimed; without it, and one sample each, 85 %.
 const STUDENT_SAMPLES: f64 = 4.0;
 
 impl Interval {
@@ -76,8 +76,7 @@ pub fn unseen(n: u32, confidence: f64) -> f64 {
 /// each between `range.0` and `range.1`.
 ///
 /// Samples that all went one way and agree tell nothing of their spread: the rule of three. At least
-/// [`STUDENT_REPLICATES`] replicates: Student's t, or of one sample each Wilson's on the range that these
-/// show. Fewer: Wilson's on the share of the whole range, which needs no estimate of the spread.
+/// [`STUDENT_REPLICATES`] replicates: Student's t. Fewer: Wilson's on the share of the whole range, which needs no estimate of the spread.
 pub fn pixel(sums: &[f64], samples: u32, mark: &Mark, range: (f64, f64), confidence: f64) -> Interval {
     let (low, high) = range;
     let each = f64::from(samples) / sums.len() as f64;
@@ -87,10 +86,6 @@ pub fn pixel(sums: &[f64], samples: u32, mark: &Mark, range: (f64, f64), confide
     let interval = if error == 0.0 && mark.hash_least == mark.hash_most {
         let hidden = unseen(samples, confidence) * width;
         Interval { low: mean - hidden, high: mean + hidden, method: Method::Unseen }
-    } else if sums.len() >= STUDENT_REPLICATES && samples as usize == sums.len() && error > 0.0 {
-        // Each replicate is one sample: as spread out as samples are, but skewed where few of them differ.
-        let (least, most) = means.iter().fold((high, low), |(a, b), m| (m.min(a), m.max(b)));
-        wilson(((mean - least) / (most - least)).clamp(0.0, 1.0), samples, confidence).scaled(least, most)
     } else if sums.len() >= STUDENT_REPLICATES {
         let sure = error > 0.0 && each >= STUDENT_SAMPLES;
         let floor = if sure { 0.0 } else { width / (2.0 * f64::from(samples)) };
