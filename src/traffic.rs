@@ -107,8 +107,13 @@ mod tests {
         let mut settings = Settings::of(&scene);
         settings.samples = size;
         (settings.width, settings.height) = (64, 8 * size);
-        let limits =
-            Limits { storage_range: 1 << 30, heap: 1 << 33, workgroup_invocations: 1024, is_cpu: false };
+        let limits = Limits {
+            storage_range: 1 << 30,
+            heap: 1 << 33,
+            workgroup_invocations: 1024,
+            is_cpu: false,
+            texel_elements: 1 << 27,
+        };
         Plan::new(&pack(&scene, &settings, None), &settings, &limits).unwrap()
     }
 

@@ -92,6 +92,11 @@ pub(super) fn positive() -> RangedU64ValueParser<u32> {
     RangedU64ValueParser::new().range(1..)
 }
 
+/// A parser of whole numbers from 2.
+pub(super) fn two_or_more() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(2..=1 << 16)
+}
+
 /// A factor in (0, 1].
 pub(super) fn scale(text: &str) -> Result<f64, String> {
     match text.parse() {

@@ -1,5 +1,6 @@
 //! What the commands do. Standard output gets images and listings only; all else goes to standard error.
 
+pub mod calibrate;
 pub mod compare;
 pub mod console;
 pub mod devices;
@@ -32,6 +33,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Compare(args) => {
             compare::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
         }
+        Command::Calibrate(args) => calibrate::run(args, &mut Console::new(args.verbosity)),
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
 }

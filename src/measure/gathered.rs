@@ -1,6 +1,6 @@
 //! The samples of an image so far, and what its pixels say of their errors.
 
-use super::interval;
+use super::interval::{self, Interval};
 use super::limit::RadianceLimit;
 use super::samples::{Mark, Traced};
 use super::sampling::Noise;
@@ -123,6 +123,17 @@ impl Gathered {
         sampled.map(|at| Noise::of(self.sums_of(at), self.samples[at])).sum()
     }
 
+    /// The intervals of pixel `at`, one a channel; it has samples.
+    pub fn intervals(&self, at: usize, confidence: f64) -> [Interval; 3] {
+        let n = self.samples[at];
+        let each = f64::from(n) / self.replicates as f64;
+        let brightest = self.sums_of(at).iter().flatten().fold(1.0, |m: f64, sum| m.max(sum / each));
+        std::array::from_fn(|c| {
+            let sums: Vec<f64> = self.sums_of(at).iter().map(|s| s[c]).collect();
+            interval::pixel(&sums, n, &self.marks[at], (0.0, brightest), confidence)
+        })
+    }
+
     /// Half the width of each pixel's interval, of its widest channel.
     pub fn half_widths(&self, confidence: f64) -> Vec<f64> {
         self.half_widths_of(0..self.samples.len(), confidence)
@@ -130,16 +141,9 @@ impl Gathered {
 
     /// The same of some pixels.
     pub(super) fn half_widths_of(&self, pixels: Range<usize>, confidence: f64) -> Vec<f64> {
-        let half = |at: usize| {
-            let each = f64::from(self.samples[at]) / self.replicates as f64;
-            let brightest = self.sums_of(at).iter().flatten().fold(1.0, |m: f64, sum| m.max(sum / each));
-            let of = |c: usize| {
-                let sums: Vec<f64> = self.sums_of(at).iter().map(|s| s[c]).collect();
-                let n = self.samples[at];
-                let i = interval::pixel(&sums, n, &self.marks[at], (0.0, brightest), confidence);
-                (i.high - i.low) / 2.0
-            };
-            if self.samples[at] == 0 { f64::NAN } else { of(0).max(of(1)).max(of(2)) }
+        let half = |at: usize| match self.samples[at] {
+            0 => f64::NAN,
+            _ => self.intervals(at, confidence).iter().fold(0.0, |m: f64, i| m.max((i.high - i.low) / 2.0)),
         };
         pixels.map(half).collect()
     }

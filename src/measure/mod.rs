@@ -3,6 +3,7 @@
 
 pub mod allocate;
 pub mod budget;
+pub mod calibrate;
 pub mod coarse;
 pub mod flip;
 pub mod gathered;

@@ -16,6 +16,11 @@ const MARGIN: usize = 3;
 pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
 const MOST_RAYS: f64 = 512.0;
+/// Fewest, where that many are in the region.
+const LEAST_PIXELS: f64 = 256.0;
+/// Greatest share of a region's pixels that is looked at, so that looking at a dozen cuts costs no more than a
+/// sample or two of every pixel.
+const PIXEL_SHARE: f64 = 1.0 / 32.0;
 /// Rays that one look may take, more or less.
 const LOOK_RAYS: f64 = 1e6;
 /// Shares of an error that a single ray may hide, tried as weight cuts; and that of all other looks, which keeps
@@ -98,10 +103,11 @@ pub(super) fn look(
     }))
 }
 
-/// Pixels to look at after `last`: fewer where samples take many rays.
-fn enough_pixels(last: Option<&Cut>) -> u32 {
+/// Pixels to look at after `last`, of `pixels`: fewer where samples take many rays.
+fn enough_pixels(pixels: u32, last: Option<&Cut>) -> u32 {
     let rays = last.map_or(1.0, |c| 2.0 * c.rays);
-    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(256.0, f64::from(PIXELS)) as u32
+    let most = (PIXEL_SHARE * f64::from(pixels)).clamp(LEAST_PIXELS, f64::from(PIXELS));
+    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(LEAST_PIXELS, most) as u32
 }
 
 /// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
@@ -116,7 +122,7 @@ fn ladder(
     let mut rungs = Vec::new();
     let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
     for (i, &depth) in depths.iter().enumerate() {
-        match look(tracing, limit, depth, cutoff, enough_pixels(rungs.last())) {
+        match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), rungs.last())) {
             Ok(Some(rung)) => rungs.push(rung),
             Ok(None) => break,
             // One sample's rays outgrew the queue: deeper ones would all the more.
@@ -161,7 +167,7 @@ pub(super) fn for_error(
                 continue;
             }
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
-            match look(tracing, limit, depth, cutoff, enough_pixels(cuts.last())) {
+            match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), cuts.last())) {
                 Ok(Some(cut)) => cuts.push(cut),
                 Ok(None) | Err(RenderError::DoesNotFit(_)) => break,
                 Err(error) => return Err(error),
@@ -202,7 +208,8 @@ pub(super) fn for_time(
             // Another depth at most doubles the rays of a sample.
             Some(last) => {
                 let rays = 2.0 * last.rays * f64::from(REPLICATES);
-                enough_pixels(Some(last)).min((LOOK_SHARE * in_time * pace / rays) as u32)
+                enough_pixels(tracing.region.pixels(), Some(last))
+                    .min((LOOK_SHARE * in_time * pace / rays) as u32)
             }
         };
         if in_time <= 0.0 || (i > 0 && pixels < FIRST_PIXELS / 4) {

@@ -18,7 +18,9 @@ const ROUNDING_RISK: f64 = 0.1;
 const ROUNDING_SHARE: f64 = 0.25;
 /// The rounding part is looked for in so many samples that what none of them shows is about a tenth of the
 /// error: `-ln(risk) / (0.1^2 * 16 samples)` over its square.
-const ROUNDING_SAMPLES: f64 = 33.0;
+const ROUNDING_SAMPLES: f64 = 40.0;
+/// Share of the error that the rounding part may take without being looked for in more samples.
+const ROUNDING_SMALL: f64 = 0.12;
 /// Least share of the error that is left to sampling; where more is lost to a cut, a deeper one is taken.
 const LEAST_SAMPLING: f64 = 0.3;
 
@@ -121,18 +123,27 @@ impl Task<'_> {
         let region = Region::of(&self.settings);
         let confidence = self.sampling_confidence();
         let pixels = region.pixels() as usize;
-        let goal = Goal::for_target(0.5 * target, confidence, pixels, REPLICATES as usize, MOST_SAMPLES);
+        let goal = Goal::for_target(target, confidence, pixels, REPLICATES as usize, MOST_SAMPLES);
         Allocation::new(region.width, region.height, REPLICATES as usize, goal)
     }
 
     /// The rounding part; in f64 where single precision takes too much of the error.
     fn precision_for(&mut self, survey: &mut Survey, target: f64) -> Result<Option<Rounded>, RenderError> {
-        let risk = (1.0 - self.request.confidence) * ROUNDING_RISK;
         let whole = u64::from(Region::of(&self.settings).pixels()) * u64::from(REPLICATES);
-        let samples = ((ROUNDING_SAMPLES * -risk.ln() / 5.3) / (target * target)).min(whole as f64) as u64;
+        // Edges of less than full contrast need less looking. Each look has its part of the risk.
+        let looks = [16, 4, 1];
+        let risk = (1.0 - self.request.confidence) * ROUNDING_RISK / looks.len() as f64;
+        let most = (ROUNDING_SAMPLES * -risk.ln() / 6.4 / (target * target)).min(whole as f64) as u64;
         // Looked at where paths are not yet cut late: a deep path is a rare one, and as rarely rounded.
         survey.cut_at(self.settings.depth.min(8), self.settings.cutoff);
-        let rounded = self.rounded(survey, samples, risk, None)?;
+        let mut rounded = None;
+        for share in looks {
+            rounded = self.rounded(survey, most / share, risk, None)?;
+            if rounded.is_none_or(|r| r.part_at(16.0) < ROUNDING_SMALL * target) || self.observer.cancelled()
+            {
+                break;
+            }
+        }
         let too_much = rounded.is_some_and(|r| r.part_at(16.0) > ROUNDING_SHARE * target);
         if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;

@@ -3,7 +3,7 @@
 use crate::table::Align;
 
 /// A table; a bar inside a cell stays a bar.
-pub(super) fn table<const N: usize>(columns: &[(&str, Align); N], rows: &[[String; N]]) -> String {
+pub(crate) fn table<const N: usize>(columns: &[(&str, Align); N], rows: &[[String; N]]) -> String {
     let line = |cells: [String; N]| format!("| {} |\n", cells.join(" | "));
     let mut text = line(columns.map(|(name, _)| name.replace('|', "\\|")));
     let rule = columns.map(|(_, align)| if align == Align::Right { "---:" } else { "---" });
@@ -13,7 +13,7 @@ pub(super) fn table<const N: usize>(columns: &[(&str, Align); N], rows: &[[Strin
 }
 
 /// Whole counts plainly, other numbers with three digits.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     match x {
         x if !x.is_finite() => format!("{x}"),
         x if x.fract() == 0.0 && x.abs() < 1e9 => format!("{x}"),
@@ -26,7 +26,7 @@ pub(super) fn number(x: f64) -> String {
 }
 
 /// `3.2 %`; small shares keep their digits.
-pub(super) fn percent(part: u64, whole: u64) -> String {
+pub(crate) fn percent(part: u64, whole: u64) -> String {
     let share = 100.0 * part as f64 / whole.max(1) as f64;
     if part == 0 {
         "0".into()

@@ -3,7 +3,7 @@
 mod chaos;
 mod cost;
 mod epsilon;
-mod markdown;
+pub(crate) mod markdown;
 
 use crate::plot;
 use crate::progress;

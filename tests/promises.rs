@@ -1,0 +1,234 @@
+//! What is said of an image's error is true: budgets hold it, what was not traced adds no more than its certificate,
+//! and errors that were asked for are kept. Each check is shown to fail when a part is left out.
+
+mod common;
+
+use common::{renderer, scenes};
+use whitted::cpu::oracle::Oracle;
+use whitted::measure::calibrate::{Aim, BudgetTrial, Share, Sought, Truth, find};
+use whitted::measure::gathered::Gathered;
+use whitted::measure::limit::{RadianceLimit, radiance_limit};
+use whitted::measure::promise::{self, Known, Request, Target};
+use whitted::measure::sampling::Noise;
+use whitted::measure::truncation::hidden;
+use whitted::render::{Quiet, Renderer, Survey};
+use whitted::scene::Scene;
+use whitted::settings::{Precision, Settings};
+
+const CONFIDENCE: f64 = 0.95;
+
+fn scene(name: &str) -> Scene {
+    scenes().into_iter().find(|(n, _)| n == name).expect("a scene of the repository").1
+}
+
+fn sized(scene: &Scene, width: u32, height: u32) -> Settings {
+    Settings { width, height, ..Settings::of(scene) }
+}
+
+fn known(r: &mut Renderer, scene: &Scene, settings: &Settings, target: Target) -> Known {
+    let fixed = target == Target::Settings;
+    let request = Request { target, confidence: CONFIDENCE, keep_depth: fixed, keep_precision: fixed };
+    promise::render(r, scene, settings, &request, &mut Quiet).expect("an image")
+}
+
+fn truth(r: &mut Renderer, scene: &Scene, settings: &Settings, depth: Option<u32>, error: f64) -> Truth {
+    let sought = Sought { depth, standard_error: error, most_rays: 4e6 };
+    let found = find(r, scene, settings, &radiance_limit(scene), &sought, &mut Quiet);
+    found.expect("a truth").expect("not cancelled")
+}
+
+#[test]
+fn the_true_error_lies_within_the_budget() {
+    let mut r = renderer();
+    let (mut kept, mut without_cut) = (Share::default(), Share::default());
+    for (name, scene) in scenes() {
+        let settings = Settings { samples: 16, replicates: 4, ..sized(&scene, 32, 24) };
+        let to_the_end = truth(&mut r, &scene, &settings, None, 1e-3);
+        let trials: Vec<BudgetTrial> = (1..=4)
+            .map(|seed| {
+                // Cut early, so that the truncation part has something to do.
+                let settings = Settings { seed, depth: 2, ..settings.clone() };
+                let image = known(&mut r, &scene, &settings, Target::Settings);
+                BudgetTrial::of(&image, seed, &to_the_end, &to_the_end)
+            })
+            .collect();
+        let share = Share::of(trials.iter().map(|t| t.kept()));
+        println!("{name}: {share}, truth {:.1e}, {:?}", to_the_end.info.standard_error, trials[0]);
+        kept = kept.plus(share);
+        // The planted defect: a budget that says nothing was cut.
+        let forgot = |t: &BudgetTrial| BudgetTrial { total: t.total - t.truncation, ..t.clone() };
+        without_cut = without_cut.plus(Share::of(trials.iter().map(|t| forgot(t).kept())));
+    }
+    let aim = Aim::at_least(CONFIDENCE);
+    println!("{}; without truncation {}", aim.say(kept), aim.say(without_cut));
+    assert!(!aim.missed(kept), "{kept}");
+    assert!(aim.missed(without_cut), "{without_cut}");
+}
+
+/// With confidence 95 % the sampling part holds the sampling error about that often.
+#[test]
+fn the_sampling_part_holds_as_often_as_it_says() {
+    let mut r = renderer();
+    let scene = scene("cornell");
+    let settings = Settings { samples: 64, replicates: 4, depth: 2, ..sized(&scene, 32, 24) };
+    let settings = Settings { precision: Precision::Double, ..settings };
+    let same_depth = truth(&mut r, &scene, &settings, Some(2), 2e-4);
+    let (mut kept, mut halved) = (Share::default(), Share::default());
+    for seed in 1..=40 {
+        let image = gathered(&mut r, &scene, &Settings { seed, ..settings.clone() });
+        let error = same_depth.error(&image);
+        let noise = image.noise();
+        // The planted defect: replicates of half the variance.
+        let less = Noise {
+            squares: noise.squares / 2.0,
+            fourths: noise.fourths / 4.0,
+            eighths: noise.eighths / 16.0,
+            ..noise
+        };
+        let bound = |noise: &Noise| noise.bound(4, CONFIDENCE).bound;
+        kept = kept.plus(Share::of([error <= bound(&noise)]));
+        halved = halved.plus(Share::of([error <= bound(&less)]));
+    }
+    println!("{kept}; halved {halved}; truth {:?}", same_depth.info);
+    let aim = Aim::of(CONFIDENCE);
+    assert!(!aim.missed(kept), "{kept}");
+    assert!(aim.missed(halved), "{halved}");
+}
+
+/// All samples of the whole image.
+fn gathered(r: &mut Renderer, scene: &Scene, settings: &Settings) -> Gathered {
+    let mut survey = Survey::new(r, scene, settings).expect("a survey");
+    let places: Vec<u32> = (0..settings.width * settings.height).collect();
+    let traced = survey.trace(&places, 0..settings.samples, &mut Quiet).expect("traced");
+    let mut image = Gathered::new(settings.width, settings.height, settings.replicates as usize);
+    image.add(&places, settings.samples, &traced);
+    image
+}
+
+/// Pixels whose deeper image is not within what the shallow one said was hidden: it only adds light, and no
+/// more than that. 2^-16 is what sums in f32 and the throughput's fixed point may be off by.
+fn broken(shallow: &Gathered, deep: &Gathered, limit: &RadianceLimit, keep_cut: bool) -> usize {
+    let slack = 2f64.powi(-16);
+    let bad = |at: &usize| {
+        let (a, b) = (shallow.mean(*at), deep.mean(*at));
+        let cut = if keep_cut { shallow.marks[*at].cut / f64::from(shallow.samples[*at]) } else { 0.0 };
+        let lacks = hidden(a, cut, limit);
+        (0..3).any(|c| {
+            let more = b[c].clamp(0.0, 1.0) - a[c].clamp(0.0, 1.0);
+            more < -slack || more > lacks[c] + slack
+        })
+    };
+    (0..shallow.samples.len()).filter(bad).count()
+}
+
+#[test]
+fn what_is_not_traced_adds_no_more_than_its_certificate() {
+    let mut r = renderer();
+    let (mut with_half, mut without_cut) = (0, 0);
+    for (name, scene) in scenes() {
+        let limit = radiance_limit(&scene);
+        let settings = Settings { samples: 2, precision: Precision::Double, ..sized(&scene, 32, 24) };
+        let mut at = |depth| gathered(&mut r, &scene, &Settings { depth, ..settings.clone() });
+        let images: Vec<Gathered> = [1, 2, 3, 4, 9].into_iter().map(&mut at).collect();
+        let half = RadianceLimit { rgb: limit.rgb.map(|c| c / 2.0), unbounded: None };
+        for (n, shallow) in images.iter().enumerate() {
+            for deep in &images[n + 1..] {
+                assert_eq!(broken(shallow, deep, &limit, true), 0, "{name}, depth {}", n + 1);
+                with_half += broken(shallow, deep, &half, true);
+                without_cut += broken(shallow, deep, &limit, false);
+            }
+        }
+    }
+    // The planted defects: half the radiance, and no throughput.
+    println!("half the limit: {with_half} pixels; no cut: {without_cut} pixels");
+    assert!(with_half > 0 && without_cut > with_half);
+}
+
+#[test]
+fn light_without_a_limit_is_called_unbounded_and_bounded_by_white() {
+    let text = r#"
+        [camera]
+        look_from = [0, 2, 4]
+        look_at = [0, 0, 0]
+        fov = 40
+        width = 32
+        height = 24
+        [[light]]
+        position = [0.5, 0, 0]
+        intensity = 0.3
+        [[light]]
+        position = [0, 3, 2]
+        intensity = 4
+        [material.floor]
+        diffuse = [0.4, 0.5, 0.6]
+        secondary = 0.5
+        [material.ball]
+        diffuse = [0.5, 0.5, 0.5]
+        secondary = 0.6
+        [[polygon]]
+        vertices = [[-4, 0, -4], [-4, 0, 4], [4, 0, 4], [4, 0, -4]]
+        material = "floor"
+        [[sphere]]
+        center = [-0.4, 0.6, 0]
+        radius = 0.5
+        material = "ball"
+    "#;
+    let scene = whitted::scene::parse_str(text, std::path::Path::new("touch.toml")).expect("a scene");
+    let mut r = renderer();
+    let settings = Settings { samples: 4, replicates: 4, depth: 1, ..Settings::of(&scene) };
+    let stated = known(&mut r, &scene, &settings, Target::Settings).report.error.expect("a budget");
+    let why = stated.truncation_unbounded_why.expect("a reason");
+    assert!(!stated.truncation_bounded && why.contains("light"), "{why}");
+    let at = |r: &mut Renderer, depth| {
+        gathered(r, &scene, &Settings { depth, precision: Precision::Double, ..settings.clone() })
+    };
+    let (shallow, deep) = (at(&mut r, 1), at(&mut r, 8));
+    assert_eq!(broken(&shallow, &deep, &radiance_limit(&scene), true), 0);
+}
+
+/// The oracle shares nothing with the kernels but the sampler.
+#[test]
+fn the_oracle_finds_the_same_truth_and_the_budget_holds_it() {
+    let mut r = renderer();
+    let scene = scene("cornell_glass");
+    let settings = Settings { depth: 6, ..sized(&scene, 24, 16) };
+    let found = truth(&mut r, &scene, &settings, Some(6), 1e-3);
+    let oracle = Oracle::new(&scene).render(&Settings { samples: 256, ..settings.clone() });
+    let pixels = oracle.linear.iter().map(|c| c.to_array()).collect();
+    // It samples as the truth does, which tells its own error.
+    let judge = Truth { pixels, info: found.info.clone() };
+    let image = gathered(&mut r, &scene, &Settings { samples: 64, replicates: 4, ..settings.clone() });
+    let apart = (judge.error(&image) - found.error(&image)).abs();
+    assert!(apart < 4.0 * found.info.standard_error, "{apart} {:?}", found.info);
+    for seed in 1..=6 {
+        let settings = Settings { samples: 16, replicates: 4, depth: 3, seed, ..settings.clone() };
+        let image = known(&mut r, &scene, &settings, Target::Settings);
+        let trial = BudgetTrial::of(&image, seed, &judge, &judge);
+        assert!(trial.kept(), "{trial:?}");
+    }
+}
+
+#[test]
+fn errors_asked_for_are_kept() {
+    let mut r = renderer();
+    let target = 0.02;
+    let (mut kept, mut of_a_quarter) = (Share::default(), Share::default());
+    for name in ["cornell", "fence", "two_mirrors"] {
+        let scene = scene(name);
+        let settings = sized(&scene, 48, 36);
+        let to_the_end = truth(&mut r, &scene, &settings, None, 1e-3);
+        for seed in 1..=8 {
+            let image = known(&mut r, &scene, &Settings { seed, ..settings.clone() }, Target::Error(target));
+            let asked = &image.report.asked;
+            assert_eq!(asked.met, Some(true), "{name}: {:?}", asked.unmet_why);
+            let error = to_the_end.error(&image.samples);
+            println!("{name} {seed}: {error:.2e} of {target}, {:?}", image.report.settings);
+            kept = kept.plus(Share::of([error <= target]));
+            of_a_quarter = of_a_quarter.plus(Share::of([error <= target / 4.0]));
+        }
+    }
+    let aim = Aim::at_least(CONFIDENCE);
+    assert!(!aim.missed(kept), "{kept}");
+    // The same check, had four times as much been promised.
+    assert!(aim.missed(of_a_quarter), "{of_a_quarter}");
+}
