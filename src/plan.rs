@@ -62,6 +62,9 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
+/// Samples from which a small scene's kernels are compiled for its shapes: that saves some 300 ns a ray
+/// on lavapipe (ARCHITECTURE.md, "Figures") and costs each new scene a compilation of up to a second.
+const KNOWN_LEAST: u64 = 1 << 20;
 /// Share of the heap that a plan may take, in eighths.
 const HEAP_EIGHTHS: u64 = 6;
 
@@ -135,7 +138,7 @@ impl Plan {
             batch = (batch / 2).max(1);
         }
         plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
-        if limits.is_cpu && settings.precision != Precision::Double {
+        if limits.is_cpu && settings.precision != Precision::Double && total >= KNOWN_LEAST {
             plan.know_few(packed);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
