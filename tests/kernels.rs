@@ -87,6 +87,31 @@ fn intersect() {
     assert!(hits > 2000, "only {hits} rays hit anything");
 }
 
+/// The shapes as constants of the kernel: one compilation each, so one state.
+#[test]
+fn intersect_known_shapes() {
+    let device: Rc<Device> = device();
+    let mut state = State::new(variants()[0].1, 4);
+    let m = &state.memory;
+    let corners = m.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
+    let spheres = m.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
+    for (row, numbers) in
+        state.spec.few.chunks_mut(whitted::abi::FEW_ROW as usize).zip(corners.chain(spheres))
+    {
+        row.iter_mut().zip(numbers).for_each(|(word, x)| *word = x.to_bits());
+    }
+    state.spec.few_known = 1;
+    let mut bench = Bench::new(&device, &state.spec, &state.memory);
+    let twin = check(&mut bench, &state, &state.memory, Kernel::Intersect, &state.push(), "known shapes");
+    assert!(twin.hits[..state.count()].iter().any(|h| h.primitive != NONE));
+    // Shapes of another scene must show.
+    let other = Specialisation { few: state.spec.few.map(|w| w ^ 0x8000_0000), ..state.spec };
+    let mut bench = Bench::new(&device, &other, &state.memory);
+    bench.upload(&state.memory);
+    bench.run(Kernel::Intersect, &state.push(), state.push().items);
+    assert!(!differences(&twin, &bench.download(&state.memory)).is_empty(), "the constants change nothing");
+}
+
 #[test]
 fn shade() {
     each_state(0..4, |bench, state, rng, what| {
