@@ -51,8 +51,11 @@ fn compile_all() -> Result<(), String> {
         let mut accesses = Vec::new();
         let mut files = Vec::new();
         let mut texels = 0u64;
-        for (suffix, real, real3, structs) in precisions {
-            let words = compile(&compiler, path, &abi_glsl(real, real3, structs))?;
+        // Kernels that test shapes have a third form, for a small scene's shapes as constants.
+        let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let few = source.contains("trace.glsl").then_some(("few", "float", "vec3", abi::single::STRUCTS));
+        for (suffix, real, real3, structs) in precisions.into_iter().chain(few) {
+            let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix == "few"))?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
             check(name, &module, structs)?;
             let file = out.join(format!("{name}.{suffix}.spv"));
@@ -61,8 +64,8 @@ fn compile_all() -> Result<(), String> {
             accesses.push(module.bindings);
             module.texels.iter().for_each(|b| texels |= 1 << (b - abi::TEXELS_AT));
         }
-        if accesses[0] != accesses[1] {
-            return Err(format!("{name}: the two precisions use different buffers"));
+        if accesses.iter().any(|a| *a != accesses[0]) {
+            return Err(format!("{name}: its forms use different buffers"));
         }
         let (mut reads, mut writes) = (0u64, 0u64);
         for b in &accesses[0] {
@@ -72,12 +75,12 @@ fn compile_all() -> Result<(), String> {
         if texels & !reads != 0 {
             return Err(format!("{name}: a texel view of a buffer that it does not read"));
         }
-        let [single, double] = [&files[0], &files[1]];
+        let [single, double, few] = [&files[0], &files[1], files.get(2).unwrap_or(&files[0])];
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(
             table,
-            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
+            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), few: Spirv(include_bytes!({few:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
         );
     }
     let source = format!(
@@ -95,7 +98,7 @@ fn camel(name: &str) -> String {
 }
 
 /// The shared declarations as GLSL, with macros READS(x), WRITES(x), UPDATES(x) that declare buffer x.
-fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct]) -> String {
+fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct], few: bool) -> String {
     let mut text =
         format!("#define real {real}\n#define real3 {real3}\n#define REAL_IS_{}\n", real.to_uppercase());
     for (name, value) in abi::CONSTANTS {
@@ -121,7 +124,7 @@ fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct]) -> String {
         text,
         "#define TEXELS(x) layout(set = 0, binding = TEXELS_AT + BINDING_##x) uniform usamplerBuffer x##_texels;"
     );
-    if real == "float" {
+    if few {
         let names: Vec<String> = (0..abi::FEW_WORDS).map(|i| format!("few_{i}")).collect();
         for (i, name) in names.iter().enumerate() {
             let _ = writeln!(

@@ -22,6 +22,8 @@ pub struct KernelCode {
     pub single: Spirv,
     /// Compiled with `real` = double.
     pub double: Spirv,
+    /// Compiled with `real` = float and a small scene's shapes as constants, where it tests shapes; else as `single`.
+    pub few: Spirv,
     /// Bit b: the kernel may load from buffer b.
     pub reads: u64,
     /// Bit b: the kernel may store to buffer b.

@@ -114,22 +114,19 @@ uint filter_sphere(uint i, Sphere s, TraceRay r) {
 // "Figures"); a GPU does not diverge.
 void walk_few(TraceRay r, bool any, inout Hit best) {
     uint candidates = 0u;
-#ifndef REAL_IS_DOUBLE
+#ifdef EACH_FEW
     // Row and numbers are constants: where there is no such primitive, no code is left.
 #define FILTER(i, first, second, third) \
-    if (few_known != 0u && i < few_triangles) candidates |= filter_triangle(i, first, second, third, r); \
-    if (few_known != 0u && i >= few_triangles && i < few_triangles + few_spheres) \
+    if (i < few_triangles) candidates |= filter_triangle(i, first, second, third, r); \
+    if (i >= few_triangles && i < few_triangles + few_spheres) \
         candidates |= filter_sphere(i - few_triangles, Sphere(first, second.x), r);
     EACH_FEW(FILTER)
 #else
-    const uint few_known = 0u;
-#endif
-    if (few_known == 0u) {
-        [[unroll]] for (uint i = 0u; i < few_triangles; i++) {
-            candidates |= filter_triangle(i, triangles[i].a, triangles[i].b, triangles[i].c, r);
-        }
-        [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, spheres[i], r);
+    [[unroll]] for (uint i = 0u; i < few_triangles; i++) {
+        candidates |= filter_triangle(i, triangles[i].a, triangles[i].b, triangles[i].c, r);
     }
+    [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, spheres[i], r);
+#endif
     const uint are_triangles = few_triangles < 32u ? (1u << few_triangles) - 1u : 0xffffffffu;
     uint left = candidates & are_triangles;
     while (left != 0u) {

@@ -5,6 +5,7 @@ use super::error::{VkError, call};
 use crate::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
 use crate::kernels::{Kernel, KernelCode};
 use ash::vk;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -44,10 +45,26 @@ impl Pipelines {
         double: bool,
     ) -> Result<Pipelines, VkError> {
         let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), double };
-        let values = specialisation.values();
-        for kernel in kernels {
-            let pipeline = build(device, kernel.code(), &values, double)?;
-            all.pipelines.insert(kernel, pipeline);
+        let form = match (double, specialisation.few_known != 0) {
+            (true, _) => Form::Double,
+            (false, true) => Form::Few,
+            (false, false) => Form::Single,
+        };
+        let maker = Maker { raw: &device.raw, cache: device.cache, values: specialisation.values(), form };
+        // Drivers take long over a kernel, and each is on its own.
+        let mut kernels: Vec<Kernel> = kernels.collect();
+        kernels.sort_by_key(|k| std::cmp::Reverse(k.code().single.0.len()));
+        let built: Vec<(Kernel, Result<Pipeline, VkError>)> =
+            kernels.into_par_iter().with_max_len(1).map(|k| (k, maker.build(k.code()))).collect();
+        let mut failed = None;
+        for (kernel, result) in built {
+            match result {
+                Ok(pipeline) => drop(all.pipelines.insert(kernel, pipeline)),
+                Err(error) => failed = Some(error),
+            }
+        }
+        if let Some(error) = failed {
+            return Err(error);
         }
         device.store_pipeline_cache();
         Ok(all)
@@ -67,100 +84,112 @@ impl Pipelines {
     }
 }
 
-fn build(
-    device: &Device,
-    code: &KernelCode,
-    values: &[(u32, u32)],
-    double: bool,
-) -> Result<Pipeline, VkError> {
-    let used = code.reads | code.writes;
-    let storage = (0..BUFFERS.len() as u32).filter(|b| used >> b & 1 == 1).map(|b| {
-        vk::DescriptorSetLayoutBinding::default()
-            .binding(b)
-            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)
-    });
-    let texels = viewed(code, double).map(|buffer| {
-        vk::DescriptorSetLayoutBinding::default()
-            .binding(TEXELS_AT + buffer as u32)
-            .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)
-    });
-    let bindings: Vec<_> = storage.chain(texels).collect();
-    let mut made = Pipeline {
-        handle: vk::Pipeline::null(),
-        layout: vk::PipelineLayout::null(),
-        set_layout: vk::DescriptorSetLayout::null(),
-    };
-    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-    // SAFETY: `info` lives through the call.
-    made.set_layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
-        .map_err(call("vkCreateDescriptorSetLayout", code.name))?;
-    let result = finish(device, code, values, double, &mut made);
-    if let Err(error) = result {
-        destroy(device, &made);
-        return Err(error);
+/// Which of a kernel's compiled forms.
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    Single,
+    Double,
+    Few,
+}
+
+/// What a pipeline is made of, apart from its kernel; shared by threads (a pipeline cache may be).
+struct Maker<'a> {
+    raw: &'a ash::Device,
+    cache: vk::PipelineCache,
+    values: Vec<(u32, u32)>,
+    form: Form,
+}
+
+impl Maker<'_> {
+    fn build(&self, code: &KernelCode) -> Result<Pipeline, VkError> {
+        let used = code.reads | code.writes;
+        let storage = (0..BUFFERS.len() as u32).filter(|b| used >> b & 1 == 1).map(|b| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(b)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        });
+        let texels = viewed(code, matches!(self.form, Form::Double)).map(|buffer| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(TEXELS_AT + buffer as u32)
+                .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        });
+        let bindings: Vec<_> = storage.chain(texels).collect();
+        let mut made = Pipeline {
+            handle: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+        };
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: `info` lives through the call.
+        made.set_layout = unsafe { self.raw.create_descriptor_set_layout(&info, None) }
+            .map_err(call("vkCreateDescriptorSetLayout", code.name))?;
+        let result = self.finish(code, &mut made);
+        if let Err(error) = result {
+            destroy(self.raw, &made);
+            return Err(error);
+        }
+        Ok(made)
     }
-    Ok(made)
+
+    fn finish(&self, code: &KernelCode, made: &mut Pipeline) -> Result<(), VkError> {
+        let sets = [made.set_layout];
+        let pushes = [vk::PushConstantRange::default()
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            .size(size_of::<Push>() as u32)];
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets).push_constant_ranges(&pushes);
+        // SAFETY: `info` lives through the call.
+        made.layout = unsafe { self.raw.create_pipeline_layout(&info, None) }
+            .map_err(call("vkCreatePipelineLayout", code.name))?;
+        let words = match self.form {
+            Form::Single => code.single,
+            Form::Double => code.double,
+            Form::Few => code.few,
+        }
+        .words();
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the module was compiled and checked at build time.
+        let module = unsafe { self.raw.create_shader_module(&info, None) }
+            .map_err(call("vkCreateShaderModule", code.name))?;
+        let entries: Vec<_> = (self.values.iter().enumerate())
+            .map(|(i, (id, _))| {
+                vk::SpecializationMapEntry::default().constant_id(*id).offset(4 * i as u32).size(4)
+            })
+            .collect();
+        let values: Vec<u32> = self.values.iter().map(|(_, value)| *value).collect();
+        let specialisation =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(c"main")
+            .specialization_info(&specialisation);
+        let infos = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(made.layout)];
+        // SAFETY: all handles are this device's; the chain lives through the call.
+        let built = unsafe { self.raw.create_compute_pipelines(self.cache, &infos, None) };
+        // SAFETY: a pipeline does not need its module once built.
+        unsafe { self.raw.destroy_shader_module(module, None) };
+        made.handle = built.map_err(|(_, result)| call("vkCreateComputePipelines", code.name)(result))?[0];
+        Ok(())
+    }
 }
 
-fn finish(
-    device: &Device,
-    code: &KernelCode,
-    values: &[(u32, u32)],
-    double: bool,
-    made: &mut Pipeline,
-) -> Result<(), VkError> {
-    let sets = [made.set_layout];
-    let pushes = [vk::PushConstantRange::default()
-        .stage_flags(vk::ShaderStageFlags::COMPUTE)
-        .size(size_of::<Push>() as u32)];
-    let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets).push_constant_ranges(&pushes);
-    // SAFETY: `info` lives through the call.
-    made.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
-        .map_err(call("vkCreatePipelineLayout", code.name))?;
-    let words = (if double { code.double } else { code.single }).words();
-    let info = vk::ShaderModuleCreateInfo::default().code(&words);
-    // SAFETY: the module was compiled and checked at build time.
-    let module = unsafe { device.raw.create_shader_module(&info, None) }
-        .map_err(call("vkCreateShaderModule", code.name))?;
-    let entries: Vec<_> = (values.iter().enumerate())
-        .map(|(i, (id, _))| {
-            vk::SpecializationMapEntry::default().constant_id(*id).offset(4 * i as u32).size(4)
-        })
-        .collect();
-    let values: Vec<u32> = values.iter().map(|(_, value)| *value).collect();
-    let specialisation =
-        vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(&values));
-    let stage = vk::PipelineShaderStageCreateInfo::default()
-        .stage(vk::ShaderStageFlags::COMPUTE)
-        .module(module)
-        .name(c"main")
-        .specialization_info(&specialisation);
-    let infos = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(made.layout)];
-    // SAFETY: all handles are this device's; the chain lives through the call.
-    let built = unsafe { device.raw.create_compute_pipelines(device.cache, &infos, None) };
-    // SAFETY: a pipeline does not need its module once built.
-    unsafe { device.raw.destroy_shader_module(module, None) };
-    made.handle = built.map_err(|(_, result)| call("vkCreateComputePipelines", code.name)(result))?[0];
-    Ok(())
-}
-
-fn destroy(device: &Device, pipeline: &Pipeline) {
+fn destroy(raw: &ash::Device, pipeline: &Pipeline) {
     // SAFETY: the recorder waits for its submits, so no command uses these any more; null is allowed.
-    unsafe { device.raw.destroy_pipeline(pipeline.handle, None) };
+    unsafe { raw.destroy_pipeline(pipeline.handle, None) };
     // SAFETY: as above.
-    unsafe { device.raw.destroy_pipeline_layout(pipeline.layout, None) };
+    unsafe { raw.destroy_pipeline_layout(pipeline.layout, None) };
     // SAFETY: as above.
-    unsafe { device.raw.destroy_descriptor_set_layout(pipeline.set_layout, None) };
+    unsafe { raw.destroy_descriptor_set_layout(pipeline.set_layout, None) };
 }
 
 impl Drop for Pipelines {
     fn drop(&mut self) {
         for pipeline in self.pipelines.values() {
-            destroy(&self.device, pipeline);
+            destroy(&self.device.raw, pipeline);
         }
     }
 }
