@@ -71,7 +71,7 @@ impl Layer {
     /// What its numbers are.
     pub fn unit(self) -> &'static str {
         match self {
-            Layer::Sampling => "half the confidence interval, linear light",
+            Layer::Sampling => "half the interval, linear light",
             Layer::Truncation => "light that may be missing, linear",
             Layer::Rounding => "difference to f64, linear light",
             Layer::Samples => "samples",
