@@ -5,7 +5,7 @@
 //! for Image Synthesis", SIGGRAPH 1991): a pixel whose first samples agree by chance is left as it is. Here
 //! no pixel's sample decides on that pixel alone. A pilot samples all pixels alike; each pixel's *class* is
 //! read from the pilot samples of its eight neighbours, never its own; and a class of at least
-//! [`LEAST_CLASS`] pixels is sampled as a whole, by its pooled variance. The last step takes as many of a
+//! `LEAST_CLASS` pixels is sampled as a whole, by its pooled variance. The last step takes as many of a
 //! class as the target needs, in an order fixed by a hash of the pixel's number.
 //!
 //! Each step doubles where the bound falls most per ray (Neyman's rule, taken greedily), so that a prefix of

@@ -10,7 +10,7 @@
 //! nu = V^2 / W and (R - 1) nu degrees of freedom, where W sums tr(C^2) / R^2 (Satterthwaite, Biometrics
 //! Bulletin 2(6), 1946). tr(C^2) is estimated without bias too (Himeno and Yamada, Journal of Multivariate
 //! Analysis 130, 2014, eq. 2.2). That estimate is as noisy as few pixels make it, so W has
-//! [`CAUTION`] standard errors added.
+//! `CAUTION` standard errors added.
 //!
 //! V knows only what some sample met. What every sample missed adds at most U to Q by the rule of three, with
 //! confidence P ([`unseen_squares`]). Two independent parts, estimated at V and 0 with upper limits F V and U, have

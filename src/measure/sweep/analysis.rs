@@ -61,7 +61,7 @@ impl Doubling {
 const SAME: f64 = 0.01;
 
 /// The (time, error) pairs that no other beats in both; by time. Of equal pairs the first counts, and a
-/// slower one has to be better by [`SAME`].
+/// slower one has to be better by `SAME`.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|i| points[*i].0.is_finite() && points[*i].1.is_finite()).collect();
