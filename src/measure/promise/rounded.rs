@@ -66,10 +66,11 @@ pub(super) fn poisson_limit(count: u64, risk: f64) -> f64 {
 
 impl Task<'_> {
     /// Compares `survey` with f64 on about `samples` samples; `None` where the device has no f64, or it could
-    /// not be done `by` then.
+    /// not be done `by` then. `exact` keeps the scene in f64 from one comparison to the next.
     pub(super) fn rounded(
         &mut self,
         survey: &mut Survey,
+        exact: &mut Option<Survey>,
         samples: u64,
         risk: f64,
         by: Option<Instant>,
@@ -81,7 +82,10 @@ impl Task<'_> {
             return Ok(None);
         }
         let settings = Settings { precision: Precision::Double, ..survey.settings().clone() };
-        let mut exact = Survey::new(self.renderer, self.scene, &settings)?;
+        let exact = match exact {
+            Some(exact) => exact,
+            None => exact.insert(Survey::new(self.renderer, self.scene, &settings)?),
+        };
         let region = Region::of(&self.settings);
         let places = region.spread((samples / u64::from(REPLICATES)).clamp(1024, 1 << 30) as u32);
         let mut see = |survey: &mut Survey| -> Result<Gathered, RenderError> {
@@ -90,7 +94,7 @@ impl Task<'_> {
             survey.finish_by(None);
             Ok(seen)
         };
-        let (a, b) = (see(survey)?, see(&mut exact)?);
+        let (a, b) = (see(survey)?, see(exact)?);
         let seen = a.samples.len().min(b.samples.len());
         if seen < places.len() {
             return Ok(None);

@@ -136,9 +136,9 @@ impl Task<'_> {
         let most = (ROUNDING_SAMPLES * -risk.ln() / 6.4 / (target * target)).min(whole as f64) as u64;
         // Looked at where paths are not yet cut late: a deep path is a rare one, and as rarely rounded.
         survey.cut_at(self.settings.depth.min(8), self.settings.cutoff);
-        let mut rounded = None;
+        let (mut rounded, mut exact) = (None, None);
         for share in looks {
-            rounded = self.rounded(survey, most / share, risk, None)?;
+            rounded = self.rounded(survey, &mut exact, most / share, risk, None)?;
             if rounded.is_none_or(|r| r.part_at(16.0) < ROUNDING_SMALL * target) || self.observer.cancelled()
             {
                 break;

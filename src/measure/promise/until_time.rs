@@ -148,7 +148,7 @@ impl Task<'_> {
         // In f64 they take about twice the time again.
         let samples = (share / 3.0 * samples_per_second) as u64;
         let risk = 0.1 * (1.0 - self.request.confidence);
-        self.rounded(survey, samples, risk, Some(clock.share(3.0 * PILOT_SHARE)))
+        self.rounded(survey, &mut None, samples, risk, Some(clock.share(3.0 * PILOT_SHARE)))
     }
 
     /// All samples for which there is time.
