@@ -2,8 +2,8 @@
 """Holds `whitted` against POV-Ray 3.7 (Debian package `povray`): the same scenes, the same primary rays, in turn.
 
 First, with one ray through the middle of every pixel, it compares pictures and counts rays. Then it times both in
-turn: the render phase as each reports it, and the whole process as the clock on the wall sees it. POV-Ray traces N
-samples of a pixel as a picture of N times as many pixels. Needs Python 3.11. Without POV-Ray it says so and ends.
+turn: the render phase as each reports it, and the whole process by the clock on the wall and by the CPU time of all
+cores. POV-Ray traces N samples of a pixel as a picture of N times as many pixels. Needs Python 3.11. Without POV-Ray it says so and ends.
 """
 
 import argparse
@@ -11,6 +11,7 @@ import json
 import math
 import os
 import re
+import resource
 import shutil
 import statistics
 import subprocess
@@ -43,10 +44,24 @@ def fail(message):
     sys.exit(f"povray.py: {message}")
 
 
+class Spent(float):
+    """Seconds by the clock on the wall, and in `cpu` those of all cores."""
+
+    def __new__(cls, wall, cpu):
+        spent = super().__new__(cls, wall)
+        spent.cpu = cpu
+        return spent
+
+
+def cpu_of_children():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def run(command):
-    begin = time.perf_counter()
+    begin, cpu = time.perf_counter(), cpu_of_children()
     done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=PATIENCE)
-    seconds = time.perf_counter() - begin
+    seconds = Spent(time.perf_counter() - begin, cpu_of_children() - cpu)
     if done.returncode:
         fail(f"{command[0]} failed ({done.returncode}): {(done.stderr or done.stdout).strip()[-2000:]}")
     return seconds, done.stdout + done.stderr
@@ -151,7 +166,7 @@ def quartiles(values):
     if len(values) == 1:
         return values * 3
     # Type 7 of Hyndman and Fan, as the program's own.
-    return statistics.quantiles(values, n=4, method="inclusive")
+    return statistics.quantiles(map(float, values), n=4, method="inclusive")
 
 
 def measure(job):
@@ -166,13 +181,13 @@ def measure(job):
         for who in ("whitted", "povray") if i % 2 == 0 else ("povray", "whitted"):
             if who == "whitted":
                 report, pair["wall"] = job.whitted(job.samples, ours)
-                pair["render"] = report["time"]["render"]
+                pair["render"], pair["cpu"] = report["time"]["render"], pair["wall"].cpu
             else:
                 counted, pair["wall_povray"] = job.povray(pov, job.samples, theirs)
-                pair["render_povray"] = counted["trace"]
+                pair["render_povray"], pair["cpu_povray"] = counted["trace"], pair["wall_povray"].cpu
         rows.append(pair)
     told = {key: quartiles([row[key] for row in rows]) for key in rows[0]}
-    for phase in ("render", "wall"):
+    for phase in ("render", "wall", "cpu"):
         told[f"{phase}_ratio"] = quartiles([row[f"{phase}_povray"] / row[phase] for row in rows])
     told["primary"], told["primary_povray"] = report["rays"]["primary"], counted["primary"]
     told["all_rays"] = traced(report["rays"]) + report["rays"]["shadow"]
@@ -194,7 +209,7 @@ def tell(job, picture, times):
         lines.append("  differs   timed as POV-Ray is used: it lets light through clear things, and follows it")
     if times:
         lower, median, upper = range(3)
-        for phase, name in (("render", "render"), ("wall", "process")):
+        for phase, name in (("render", "render"), ("wall", "process"), ("cpu", "CPU time")):
             a, b, r = times[phase], times[f"{phase}_povray"], times[f"{phase}_ratio"]
             lines.append(
                 f"  {name:9} {a[median]:.3f} s ({a[lower]:.3f} to {a[upper]:.3f}), POV-Ray {b[median]:.3f} s "

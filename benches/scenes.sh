@@ -6,7 +6,7 @@ usage() {
     cat <<'TEXT'
 usage: benches/scenes.sh WHITTED FOLDER NAME...
 
-Writes FOLDER/NAME.toml and the OBJ files it needs with the program WHITTED. What is there already is kept.
+Writes FOLDER/NAME.toml and the OBJ files it needs with the program WHITTED.
 
   cornell   24 triangles and 2 spheres, one of glass; 600x500, 20 samples, depth 4
   flake     sphereflake of 7,381 spheres; 512x512, 1 sample, depth 5
@@ -115,7 +115,6 @@ shift 2
 [ -x "$whitted" ] || fail "$whitted is no program; build it with cargo build --release"
 mkdir -p "$folder"
 for name in "$@"; do
-    if [ -e "$folder/$name.toml" ]; then continue; fi
     case "$name" in
     cornell) cornell ;;
     flake) "$whitted" generate sphereflake --level 4 -o "$folder/flake.toml" ;;

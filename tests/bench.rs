@@ -44,8 +44,14 @@ fn what_not_all_runs_timed_has_no_row() {
 fn the_first_place_changes_hands() {
     let order = std::cell::RefCell::new(String::new());
     let say = |c: char| order.borrow_mut().push(c);
-    let mut a = || Ok::<_, ()>(say('a')).map(|()| 'a');
-    let mut b = || Ok::<_, ()>(say('b')).map(|()| 'b');
+    let mut a = || {
+        say('a');
+        Ok::<_, ()>('a')
+    };
+    let mut b = || {
+        say('b');
+        Ok::<_, ()>('b')
+    };
     assert_eq!(in_turn(3, &mut a, &mut b), Ok(vec![('a', 'b'); 3]));
     assert_eq!(*order.borrow(), "abbaab");
     let failed: Result<Vec<(char, char)>, &str> = in_turn(3, &mut || Ok('a'), &mut || Err("no"));

@@ -20,7 +20,7 @@ pub struct Run {
 /// One thing that both ways spend time on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// `wall`, `render`, `device`, or a kernel's name.
+    /// `wall`, `cpu`, `render`, `device`, or a kernel's name, among others.
     pub what: String,
     /// Seconds of the first way.
     pub first: Quartiles,

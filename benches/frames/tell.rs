@@ -4,6 +4,7 @@ use crate::cases::Case;
 use crate::paired::{Row, Work};
 use anyhow::{Context, Result};
 use serde::Serialize;
+use std::io::Write;
 use std::path::Path;
 use whitted::measure::stats::Quartiles;
 use whitted::report::DeviceInfo;
@@ -11,8 +12,9 @@ use whitted::table::{Align, Table};
 use whitted::units::{plural, seconds, short};
 
 /// Order of the rows: the whole, then the passes as a frame runs them.
-pub const ORDER: [&str; 13] = [
+pub const ORDER: [&str; 14] = [
     "wall",
+    "cpu",
     "build",
     "first dispatch",
     "render",
@@ -56,6 +58,11 @@ pub struct Told<'a> {
     pub picture: Option<Picture>,
 }
 
+/// To standard output; a reader who has left is no failure.
+fn say(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
 /// Prints tables as they come and keeps lines of JSON.
 #[derive(Default)]
 pub struct Teller {
@@ -85,7 +92,8 @@ impl Teller {
     /// The device of what follows.
     pub fn device(&mut self, device: &DeviceInfo) {
         if self.device.as_ref() != Some(device) {
-            println!("device  {} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api);
+            let DeviceInfo { name, kind, driver, api } = device;
+            say(&format!("device  {name} ({kind}), {driver}, Vulkan {api}\n"));
             self.device = Some(device.clone());
         }
     }
@@ -95,17 +103,16 @@ impl Teller {
         let Told { case, first, second, pairs, rows, work, picture } = told;
         let [width, height] = case.size;
         let samples = plural(case.samples.into(), "sample");
-        println!(
-            "\n{}, {width}x{height}, {samples}, depth {}: {first}{}",
-            case.scene,
-            case.depth,
-            match second {
-                Some(second) => format!(" over {second}, {}", plural(*pairs as u64, "pair")),
-                None => format!(", {}", plural(*pairs as u64, "run")),
-            }
-        );
-        print!("{}", table(rows, work, first, *second));
-        println!("{}", same_work(work, *second, picture.as_ref()));
+        let against = match second {
+            Some(second) => format!(" over {second}, {}", plural(*pairs as u64, "pair")),
+            None => format!(", {}", plural(*pairs as u64, "run")),
+        };
+        say(&format!(
+            "\n{}, {width}x{height}, {samples}, depth {}: {first}{against}\n",
+            case.scene, case.depth
+        ));
+        say(&table(rows, work, first, *second));
+        say(&(same_work(work, *second, picture.as_ref()) + "\n"));
         let device = self.device.as_ref().map_or("", |d| d.name.as_str());
         let line = |row: &Row| {
             let (what, first_seconds) = (row.what.as_str(), row.first);
