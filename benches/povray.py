@@ -220,15 +220,15 @@ def tell(job, picture, times):
 def write_table(path, results, repeats):
     """Replaces the block of the README."""
     rows = [
-        "| scene | rays | render phase, POV-Ray's time over ours | whole process | pictures apart, RMSE |",
-        "|---|---:|---:|---:|---:|",
+        "| scene | rays | render phase, POV-Ray's time over ours | whole process | its CPU time | pictures apart, RMSE |",
+        "|---|---:|---:|---:|---:|---:|",
     ]
     for job, picture, times in results:
         def ratio(key):
             lower, median, upper = times[key]
             return f"{median:.2f} ({lower:.2f} to {upper:.2f})"
 
-        rows.append(f"| {job.title()} | {times['all_rays'] / 1e6:.3g} M | {ratio('render_ratio')} | {ratio('wall_ratio')} | {picture['rmse']:.1e} |")
+        rows.append(f"| {job.title()} | {times['all_rays'] / 1e6:.3g} M | {ratio('render_ratio')} | {ratio('wall_ratio')} | {ratio('cpu_ratio')} | {picture['rmse']:.1e} |")
     device = results[0][1]["device"]
     rows.append(f"\nMedians and quartiles of {repeats} pairs of runs, on `{device}` with {os.cpu_count()} cores. Above 1 is faster than POV-Ray 3.7.")
     begin, end = "<!-- povray: written by benches/povray.py -->\n", "<!-- end of povray -->"
