@@ -1,16 +1,18 @@
 // Primary rays of a batch: one per pixel of the tile and sample.
 // Reads camera, eye_media, pixels (in a survey). Writes rays, media, slots and paths (zero).
-// One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart.
+// One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart; within a sample
+// in blocks of pixels, so that neighbours in the queue are neighbours in the image both ways.
 #version 460
 #include "prelude.glsl"
 #include "numeric.glsl"
 #include "sampler.glsl"
+#include "fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
 READS(eye_media)
 READS(pixels)
-WRITES(rays)
+STORES_3(rays)
 WRITES(media)
 WRITES(slots)
 WRITES(paths)
@@ -28,13 +30,30 @@ Ray primary_ray(Camera c, uint slot) {
     return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), slot, NONE, vec3(1.0), 0u);
 }
 
+// The pixel that is `at` in the queue: strips of 8 rows, in them blocks of 8x8 pixels in Morton order (so 8 rays
+// are 4x2 pixels, 32 are 8x4), in the blocks' rest rows; whole rows where no strip is left.
+uint in_blocks(uint at) {
+    uint strip = push.tile_width * 8u, first = at - at % strip;
+    if (survey != 0u || push.tile_pixels - first < strip) return at;
+    uint i = at - first, blocks = push.tile_width / 8u * 64u;
+    uint x = i / 64u * 8u + ((i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u));
+    uint y = (i >> 1 & 1u) | (i >> 2 & 2u) | (i >> 3 & 4u);
+    if (i >= blocks) {
+        uint width = push.tile_width % 8u;
+        x = push.tile_width - width + (i - blocks) % width;
+        y = (i - blocks) / width;
+    }
+    return first + y * push.tile_width + x;
+}
+
 void main() {
-    uint slot = item_index();
-    if (slot >= push.items) return;
-    rays[slot] = primary_ray(camera[0], slot);
+    uint item = item_index();
+    if (item >= push.items) return;
+    uint at = item % push.tile_pixels, slot = item - at + in_blocks(at);
+    store_rays(item, primary_ray(camera[0], slot));
     slots[slot] = vec3(0.0);
     if (survey != 0u) paths[slot] = Path(0u, 0u, 0u, 0u);
     for (uint j = 0u; j < media_capacity; j++) {
-        media[slot * media_capacity + j] = eye_media[j];
+        media[item * media_capacity + j] = eye_media[j];
     }
 }

@@ -14,7 +14,7 @@ READS(sphere_infos)
 FETCHES_7(nodes)
 FETCHES_3(rays)
 READS(queue)
-WRITES(hits)
+STORES_1(hits)
 UPDATES(counters)
 #include "trace.glsl"
 
@@ -27,5 +27,5 @@ void main() {
     Ray ray = load_rays(i);
     TraceRay r = make_trace_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
-    if (mine) hits[i] = h;
+    if (mine) store_hits(i, h);
 }

@@ -22,7 +22,7 @@ FETCHES_3(rays)
 READS(media)
 READS(queue)
 FETCHES_1(hits)
-WRITES(surfaces)
+STORES_4(surfaces)
 WRITES(totals)
 UPDATES(paths)
 #include "surface.glsl"
@@ -153,7 +153,7 @@ void main() {
     }
     if (live) {
         s.flags |= before << PREFIX_SHIFT;
-        surfaces[i] = s;
+        store_surfaces(i, s);
     }
     // Rows of a folded dispatch may end in groups without rays; they have no total.
     if (local == 0u && live) totals[group_index()] = reflections << 16 | refractions;

@@ -59,7 +59,8 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     // The whole segment is one unit of t: occluders lie strictly between (numerics.md, Spawn origins).
     TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
-    if (use_bvh == 0u || faces) blocked = closest_hit(r, before_light(lights[l].position, direction), true).primitive != NONE;
+    real limit = faces ? before_light(lights[l].position, direction) : real(0.0);
+    if (!by_tree || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;
     shadow_rays += faces ? 1u : 0u;
     return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
@@ -79,7 +80,7 @@ void main() {
     bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
     vec3 light = first ? vec3(0.0) : contributions[i];
     uint shadow_rays = 0u, seen = 0u;
-    if (use_bvh != 0u) {
+    if (by_tree) {
         for (uint l = push.light_begin; l < push.light_end; l++) {
             vec3 more = direct_light(s, lit_at_all, l, shadow_rays);
             light += more;
@@ -91,8 +92,14 @@ void main() {
         light += more;
         seen = more == vec3(0.0) ? 0u : 1u;
     }
+    uint counted = shadow_rays;
+#ifdef LANES
+    // One lane counts for all: of atomics on one word each waits for the one before.
+    uint all = sum_lanes(shadow_rays);
+    counted = gl_SubgroupInvocationID == 0u ? all : 0u;
+#endif
+    if (counted > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, counted);
     if (!mine) return;
-    if (shadow_rays > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, shadow_rays);
     if (survey != 0u) {
         uint slot = ray.slot;
         uint kind = hit ? s.flags & ((1u << PREFIX_SHIFT) - 1u) : 0u;

@@ -16,7 +16,7 @@ READS(queue)
 READS(next_queue)
 FETCHES_4(surfaces)
 READS(offsets)
-WRITES(next_rays)
+STORES_3(next_rays)
 WRITES(next_media)
 UPDATES(counters)
 #include "surface.glsl"
@@ -67,13 +67,13 @@ void main() {
     uint to = offsets[group_index()] + (s.flags >> PREFIX_SHIFT);
     if ((s.flags & CHILD_REFLECTED) != 0u) {
         real3 w = above(reflected(d, s.normal, s.cosine), s.offset);
-        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, s.share * throughput, 0u);
+        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, s.share * throughput, 0u));
         keep_media(i, to);
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
         real3 w = s.eta == 1.0 && defect != DEFECT_EQUAL_INDICES ? d : refracted(d, s.normal, s.eta, s.cosine);
-        next_rays[to] = Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, (1.0 - s.share) * throughput, 0u);
+        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, (1.0 - s.share) * throughput, 0u));
         if (s.solid != 0u) {
             change_media(i, to, s.solid, (s.flags & LEAVES) != 0u);
         } else {

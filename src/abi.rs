@@ -321,21 +321,21 @@ device {
         offset: real3,
         /// Unit shading normal, toward the side the ray came from.
         normal: real3,
-        /// Index of refraction here over the one beyond.
-        eta: real,
-        /// Share of reflection in the secondary weight.
-        share: float,
         /// As in `Hit`.
         primitive: uint,
         /// Index into `materials`.
         material: uint,
-        /// Solid entered or left by a refracted ray, from 1; 0 = none.
-        solid: uint,
         /// Bits 0-1: CHILD_REFLECTED, CHILD_REFRACTED; bit 2: LEAVES; bits 8-17: children of lower
-        /// invocations of the workgroup.
+        /// invocations of the workgroup. So far for `shadow`; the rest is for `spawn` alone.
         flags: uint,
+        /// Share of reflection in the secondary weight.
+        share: float,
+        /// Index of refraction here over the one beyond.
+        eta: real,
         /// Cosine between the ray and `normal`, >= 0.
         cosine: real,
+        /// Solid entered or left by a refracted ray, from 1; 0 = none.
+        solid: uint,
     }
 
     /// A queue of rays with the size of its dispatch, 20 bytes. Written by the host (depth 1) and
@@ -653,6 +653,10 @@ specialisation! {
     survey: 0;
     /// 1: what a ray looks up is read through texel views of the buffers; 0: as storage buffers.
     texels: 0;
+    /// Invocations of a subgroup, where they work together; 0: each on its own.
+    lanes: 0;
+    /// Entries that a packet's stack holds at most; enough for this hierarchy.
+    stack_size: STACK_SIZE;
     /// 1: the triangles are few and outside the hierarchy.
     loose_triangles: 0;
     /// 1: the spheres are few and outside the hierarchy.

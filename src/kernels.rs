@@ -24,6 +24,8 @@ pub struct KernelCode {
     pub double: Spirv,
     /// Compiled with `real` = float and a small scene's shapes as constants, where it tests shapes; else as `single`.
     pub few: Spirv,
+    /// Compiled with `real` = float and rays that walk the hierarchy in packets, where it tests shapes; else as `single`.
+    pub packet: Spirv,
     /// Bit b: the kernel may load from buffer b.
     pub reads: u64,
     /// Bit b: the kernel may store to buffer b.

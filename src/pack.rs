@@ -45,6 +45,8 @@ pub struct Packed {
     pub loose: [bool; 2],
     /// Levels of the hierarchy; 0 for brute force.
     pub bvh_depth: usize,
+    /// Entries that a walk's stack may take; 0 for brute force.
+    pub bvh_stack: usize,
     /// Materials.
     pub materials: Vec<double::Material>,
     /// Lights.
@@ -219,6 +221,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         nodes: bvh.nodes,
         loose: loose.map(|l| l && !brute),
         bvh_depth: bvh.depth,
+        bvh_stack: bvh.stack,
         materials: scene.materials.iter().map(material).collect(),
         lights: scene.lights.iter().map(|l| light(l, &frame)).collect(),
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),

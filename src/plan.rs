@@ -17,6 +17,8 @@ pub struct Limits {
     pub workgroup_invocations: u32,
     /// Texels of a texel buffer.
     pub texel_elements: u32,
+    /// Invocations of a subgroup, if compute kernels may shuffle values among them; else 0.
+    pub shuffle_lanes: u32,
     /// True for a software device: its memory is the caches of a few cores.
     pub is_cpu: bool,
 }
@@ -128,6 +130,8 @@ impl Plan {
                 replicates: settings.replicates.max(1),
                 survey: u32::from(survey),
                 texels: 0,
+                lanes: 0,
+                stack_size: abi::STACK_SIZE,
                 loose_triangles: u32::from(packed.loose[0]),
                 loose_spheres: u32::from(packed.loose[1]),
                 few_known: 0,
@@ -156,11 +160,17 @@ impl Plan {
             batch = (batch / 2).max(1);
         }
         plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
+        if plan.walks_in_packets(settings, limits) {
+            plan.specialisation.lanes = limits.shuffle_lanes;
+            // In steps, so that scenes of about a size share their compiled kernels.
+            plan.specialisation.stack_size =
+                (packed.bvh_stack as u32).next_multiple_of(8).min(abi::STACK_SIZE);
+        }
         // A survey does not say how many samples it will be asked for: as many as a picture takes.
         let samples = if survey { pixels.saturating_mul(16) } else { total };
         let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu;
-        if settings.schedule.constants.unwrap_or(repaid) && settings.precision != Precision::Double {
-            plan.know_few(packed);
+        if by_brute_force && plan.lanes_join(limits) && settings.schedule.constants.unwrap_or(repaid) {
+            plan.know_few(packed, limits);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
@@ -234,11 +244,9 @@ impl Plan {
 
     /// Hands a small scene's shapes over as constants. Loads are what the brute force of a software
     /// device spends its time on (ARCHITECTURE.md, "Figures").
-    fn know_few(&mut self, packed: &Packed) {
+    fn know_few(&mut self, packed: &Packed, limits: &Limits) {
         let spec = &mut self.specialisation;
-        let outside = |loose: u32, count: u32| if spec.use_bvh == 0 || loose != 0 { count } else { 0 };
-        let triangles = outside(spec.loose_triangles, spec.triangle_count);
-        let spheres = outside(spec.loose_spheres, spec.sphere_count);
+        let (triangles, spheres) = (spec.triangle_count, spec.sphere_count);
         if triangles + spheres > abi::UNROLL_MAX {
             return;
         }
@@ -249,6 +257,7 @@ impl Plan {
             row.iter_mut().zip(numbers).for_each(|(word, x)| *word = (x as f32).to_bits());
         }
         spec.few_known = 1;
+        spec.lanes = limits.shuffle_lanes;
     }
 
     /// Whether kernels read through texel views. A software device gathers texels as one vector, and
@@ -261,6 +270,22 @@ impl Plan {
         limits.is_cpu
             && settings.precision != Precision::Double
             && self.buffer_bytes.iter().enumerate().all(fits)
+    }
+
+    /// Whether the rays of a subgroup walk the hierarchy together. Where a vector of a few lanes is the whole
+    /// machine, what each lane loads and stores by itself is the cost, and the rays of eight pixels meet
+    /// much the same nodes. A GPU's lanes load side by side, and 32 or 64 rays have less in common.
+    fn walks_in_packets(&self, settings: &Settings, limits: &Limits) -> bool {
+        self.specialisation.use_bvh != 0
+            && self.lanes_join(limits)
+            && settings.schedule.packets.unwrap_or(limits.is_cpu)
+    }
+
+    /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.
+    fn lanes_join(&self, limits: &Limits) -> bool {
+        matches!(limits.shuffle_lanes, 4 | 8)
+            && self.specialisation.workgroup.is_multiple_of(limits.shuffle_lanes)
+            && self.specialisation.texels != 0
     }
 
     /// Device bytes in all.

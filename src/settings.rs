@@ -154,4 +154,6 @@ pub struct Schedule {
     pub capacity: Option<u32>,
     /// A small scene's shapes as constants of the kernels, which are then compiled for it alone.
     pub constants: Option<bool>,
+    /// Rays of a subgroup walk the hierarchy together, on a software device.
+    pub packets: Option<bool>,
 }

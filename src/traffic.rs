@@ -113,6 +113,7 @@ mod tests {
             workgroup_invocations: 1024,
             is_cpu: false,
             texel_elements: 1 << 27,
+            shuffle_lanes: 8,
         };
         Plan::new(&pack(&scene, &settings, None), &settings, &limits).unwrap()
     }

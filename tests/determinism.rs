@@ -17,8 +17,10 @@ use whitted::settings::{Schedule, Settings};
 /// Scenes that between them have every feature.
 fn subjects() -> Vec<(String, Scene)> {
     let mut all = scenes();
-    all.retain(|(name, _)| ["cornell_glass", "nested_glass", "many_lights"].contains(&name.as_str()));
-    assert_eq!(all.len(), 3);
+    all.retain(|(name, _)| {
+        ["cornell_glass", "nested_glass", "many_lights", "mesh_glass"].contains(&name.as_str())
+    });
+    assert_eq!(all.len(), 4);
     all
 }
 
@@ -50,6 +52,8 @@ fn tiles_batches_and_groups_change_no_bit() {
         with(none);
         // Shapes as constants of the kernels, where there are few.
         with(Schedule { constants: Some(true), ..none });
+        // Rays of a subgroup apart, where a hierarchy is walked.
+        with(Schedule { packets: Some(false), ..none });
         let mut other = settings.clone();
         other.seed += 1;
         assert_ne!(
@@ -137,7 +141,7 @@ fn elsewhere(folder: &Path, scene: &str, variables: &[(&str, &str)]) -> String {
 #[test]
 fn threads_and_vector_width_change_no_bit() {
     let folder = tempfile::tempdir().unwrap();
-    for scene in ["nested_glass", "cornell_glass"] {
+    for scene in ["nested_glass", "cornell_glass", "mesh_glass"] {
         let expected = elsewhere(folder.path(), scene, &[]);
         assert_eq!(expected.len(), 64);
         for variables in [

@@ -43,13 +43,25 @@ fn check(
 
 fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
     let device: Rc<Device> = device();
-    for (name, variant) in variants() {
+    // Packets are for hierarchies, where lanes can shuffle.
+    let lanes = [0, device.limits().shuffle_lanes];
+    for ((name, variant), lanes) in variants().into_iter().flat_map(|v| lanes.map(|l| (v, l))) {
+        let with_lanes = |mut state: State| {
+            if lanes != 0 {
+                (state.spec.lanes, state.spec.texels) = (lanes, 1);
+            }
+            state
+        };
         // One for all seeds: compiling takes longer than running.
-        let first = State::new(variant, 0);
+        let first = with_lanes(State::new(variant, 0));
+        if lanes != 0 && (first.spec.use_bvh == 0 || !matches!(lanes, 4 | 8)) {
+            continue;
+        }
         let mut bench = Bench::new(&device, &first.spec, &first.memory);
         for seed in seeds.clone() {
-            let state = State::new(variant, seed);
-            test(&mut bench, &state, &mut Rng::new(seed + 1000), &format!("{name}, seed {seed}"));
+            let state = with_lanes(State::new(variant, seed));
+            let what = format!("{name}, {lanes} lanes together, seed {seed}");
+            test(&mut bench, &state, &mut Rng::new(seed + 1000), &what);
         }
     }
 }
@@ -101,6 +113,7 @@ fn intersect_known_shapes() {
         row.iter_mut().zip(numbers).for_each(|(word, x)| *word = x.to_bits());
     }
     state.spec.few_known = 1;
+    state.spec.lanes = device.limits().shuffle_lanes;
     let mut bench = Bench::new(&device, &state.spec, &state.memory);
     let twin = check(&mut bench, &state, &state.memory, Kernel::Intersect, &state.push(), "known shapes");
     assert!(twin.hits[..state.count()].iter().any(|h| h.primitive != NONE));

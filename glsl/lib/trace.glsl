@@ -57,8 +57,7 @@ void take_hit(Hit h, real3 lo, real3 hi, TraceRay r, inout Hit best) {
     }
 }
 
-void test_triangle(uint primitive, TraceRay r, inout Hit best) {
-    Triangle t = load_triangles(primitive);
+void try_triangle(Triangle t, uint primitive, TraceRay r, inout Hit best) {
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Hit h;
     h.primitive = primitive;
@@ -71,8 +70,11 @@ void test_triangle(uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
-void test_sphere(uint primitive, TraceRay r, inout Hit best) {
-    Sphere s = load_spheres(primitive - triangle_count);
+void test_triangle(uint primitive, TraceRay r, inout Hit best) {
+    try_triangle(load_triangles(primitive), primitive, r, best);
+}
+
+void try_sphere(Sphere s, uint primitive, TraceRay r, inout Hit best) {
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Hit h = Hit(0.0, 0.0, 0.0, primitive);
     bool hit;
@@ -90,9 +92,22 @@ void test_sphere(uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
+void test_sphere(uint primitive, TraceRay r, inout Hit best) {
+    try_sphere(load_spheres(primitive - triangle_count), primitive, r, best);
+}
+
+// Two of the forms that a kernel is compiled in settle what the third leaves to specialisation.
+#if defined(PACKETS)
+const bool by_tree = true;
+#elif defined(EACH_FEW)
+const bool by_tree = false;
+#else
+const bool by_tree = use_bvh != 0u;
+#endif
+
 // What is tested one by one: everything, or the kind of which there are few.
-const uint few_triangles = use_bvh == 0u || loose_triangles != 0u ? triangle_count : 0u;
-const uint few_spheres = use_bvh == 0u || loose_spheres != 0u ? sphere_count : 0u;
+const uint few_triangles = !by_tree || loose_triangles != 0u ? triangle_count : 0u;
+const uint few_spheres = !by_tree || loose_spheres != 0u ? sphere_count : 0u;
 
 uint filter_triangle(uint i, real3 a, real3 b, real3 c, TraceRay r) {
     Triangle t;
@@ -153,6 +168,15 @@ void walk_brute(TraceRay r, bool any, inout Hit best) {
 const bool tree_triangles = triangle_count != 0u && loose_triangles == 0u;
 const bool tree_spheres = sphere_count != 0u && loose_spheres == 0u;
 
+// No node and no leaf: the end of a walk.
+const uint DONE = 0xffffffffu;
+
+#ifdef LANES
+#include "lanes.glsl"
+#endif
+#ifdef PACKETS
+#include "packet.glsl"
+#else
 // False only where the test of a primitive finds no hit.
 bool may_hit(uint primitive, TraceRay r) {
     bool may = true;
@@ -181,9 +205,6 @@ void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
     t0 = t;
     c0 = c;
 }
-
-// No node and no leaf: the end of a walk.
-const uint DONE = 0xffffffffu;
 
 // Three loops within one, each as short as can be, so that lanes which have something to do seldom wait
 // for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs",
@@ -250,6 +271,8 @@ void walk_bvh(TraceRay r, bool any, inout Hit best) {
     }
 }
 
+#endif
+
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
     bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
@@ -257,11 +280,16 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Hit best = Hit(finite ? limit : real(0.0), 0.0, 0.0, NONE);
-    if (use_bvh != 0u) {
-        if (few_triangles + few_spheres != 0u) walk_few(r, any, best);
-        if (!(any && best.primitive != NONE)) walk_bvh(r, any, best);
-    } else {
+    if (!by_tree) {
         walk_brute(r, any, best);
+        return best;
     }
+#ifdef PACKETS
+    test_loose(r, finite && limit > 0.0, any, best);
+    walk_packet(r, finite && limit > 0.0 && !(any && best.primitive != NONE), any, best);
+#else
+    if (few_triangles + few_spheres != 0u) walk_few(r, any, best);
+    if (!(any && best.primitive != NONE)) walk_bvh(r, any, best);
+#endif
     return best;
 }

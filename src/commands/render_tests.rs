@@ -78,6 +78,7 @@ fn options_override_the_scene() {
         workgroup: Some(128),
         capacity: None,
         constants: None,
+        packets: None,
     };
     let want = Settings {
         width: 40,

@@ -64,6 +64,7 @@ const TWIN_LIMITS: Limits = Limits {
     heap: 1 << 31,
     workgroup_invocations: 1024,
     texel_elements: 1 << 27,
+    shuffle_lanes: 8,
     is_cpu: true,
 };
 

@@ -96,6 +96,7 @@ pub(super) struct Candidate {
     pub(super) handle: vk::PhysicalDevice,
     pub(super) properties: vk::PhysicalDeviceProperties,
     pub(super) subgroup_size: u32,
+    pub(super) shuffles: bool,
     pub(super) driver: String,
     pub(super) uuid: [u8; 16],
     pub(super) heap: u64,
@@ -141,6 +142,8 @@ impl Candidate {
             handle,
             properties: core,
             subgroup_size: subgroup.subgroup_size,
+            shuffles: subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+                && subgroup.supported_operations.contains(vk::SubgroupFeatureFlags::SHUFFLE),
             driver: format!(
                 "{} {}",
                 text(driver.driver_name_as_c_str()),
@@ -203,6 +206,7 @@ impl Candidate {
                 .max_compute_work_group_invocations
                 .min(limits.max_compute_work_group_size[0]),
             texel_elements: limits.max_texel_buffer_elements,
+            shuffle_lanes: if self.shuffles { self.subgroup_size } else { 0 },
             is_cpu: self.properties.device_type == vk::PhysicalDeviceType::CPU,
         }
     }

@@ -45,10 +45,11 @@ impl Pipelines {
         double: bool,
     ) -> Result<Pipelines, VkError> {
         let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), double };
-        let form = match (double, specialisation.few_known != 0) {
-            (true, _) => Form::Double,
-            (false, true) => Form::Few,
-            (false, false) => Form::Single,
+        let form = match (double, specialisation.few_known != 0, specialisation.lanes != 0) {
+            (true, ..) => Form::Double,
+            (false, true, _) => Form::Few,
+            (false, false, true) => Form::Packet,
+            (false, false, false) => Form::Single,
         };
         let maker = Maker { raw: &device.raw, cache: device.cache, values: specialisation.values(), form };
         // Drivers take long over a kernel, and each is on its own.
@@ -90,6 +91,7 @@ enum Form {
     Single,
     Double,
     Few,
+    Packet,
 }
 
 /// What a pipeline is made of, apart from its kernel; shared by threads (a pipeline cache may be).
@@ -148,6 +150,7 @@ impl Maker<'_> {
             Form::Single => code.single,
             Form::Double => code.double,
             Form::Few => code.few,
+            Form::Packet => code.packet,
         }
         .words();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);

@@ -237,7 +237,10 @@ pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Ve
     bench.run(Kernel::Intersect, &Push { depth: 1, ..push }, push.items);
     let memory = bench.download(&memory);
     let slots = |pixel: u32| (0..settings.samples).map(move |k| (k * pixels + pixel) as usize);
-    (0..pixels).flat_map(slots).map(|slot| original(&packed, memory.hits[slot].primitive)).collect()
+    // The queue has blocks of pixels, not rows.
+    let mut place = vec![0; push.items as usize];
+    memory.rays[..push.items as usize].iter().enumerate().for_each(|(i, ray)| place[ray.slot as usize] = i);
+    (0..pixels).flat_map(slots).map(|slot| original(&packed, memory.hits[place[slot]].primitive)).collect()
 }
 
 /// A primitive's number in the scene's own order.

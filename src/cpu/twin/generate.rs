@@ -27,6 +27,23 @@ fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], s
     }
 }
 
+fn in_blocks(spec: &Specialisation, push: &Push, at: u32) -> u32 {
+    let strip = push.tile_width.saturating_mul(8);
+    let first = at - at % strip;
+    if spec.survey != 0 || push.tile_pixels - first < strip {
+        return at;
+    }
+    let (i, blocks) = (at - first, push.tile_width / 8 * 64);
+    let mut x = i / 64 * 8 + ((i & 1) | (i >> 1 & 2) | (i >> 2 & 4));
+    let mut y = (i >> 1 & 1) | (i >> 2 & 2) | (i >> 3 & 4);
+    if i >= blocks {
+        let width = push.tile_width % 8;
+        x = push.tile_width - width + (i - blocks) % width;
+        y = (i - blocks) / width;
+    }
+    first + y * push.tile_width + x
+}
+
 /// Primary rays of a batch.
 pub fn generate(
     spec: &Specialisation,
@@ -40,14 +57,17 @@ pub fn generate(
     paths: &mut [Path],
 ) {
     let capacity = spec.media_capacity as usize;
-    for slot in 0..push.items as usize {
-        rays[slot] = primary_ray(spec, push, &camera[0], pixels, slot as u32);
+    for item in 0..push.items {
+        let at = item % push.tile_pixels;
+        let slot = (item - at + in_blocks(spec, push, at)) as usize;
+        let item = item as usize;
+        rays[item] = primary_ray(spec, push, &camera[0], pixels, slot as u32);
         slots[slot] = [0.0; 3];
         if spec.survey != 0 {
             paths[slot] = Path::default();
         }
         for j in 0..capacity {
-            media[slot * capacity + j] = eye_media[j];
+            media[item * capacity + j] = eye_media[j];
         }
     }
 }
