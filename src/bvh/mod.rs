@@ -2,16 +2,20 @@
 //! Construction of SAH-based Bounding Volume Hierarchies", 2007), made into one of four children a node,
 //! that never needs more than the kernels' stack. Built on all cores; the same whatever their number.
 
+mod cache;
 mod pairs;
+mod reinsert;
 mod split;
 mod validate;
 mod wide;
 
+pub use cache::Cache;
 pub use pairs::Prim;
 
 use crate::abi::double::Node;
 use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, STACK_SIZE};
 use crate::frame::Bounds;
+use crate::settings::Hierarchy;
 use pairs::{Box3, Child, Pair};
 use rayon::prelude::*;
 use wide::{WIDTH, widened};
@@ -27,7 +31,7 @@ pub struct Item {
 }
 
 /// A built hierarchy.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bvh {
     /// Root first; at least one node.
     pub nodes: Vec<Node>,
@@ -55,9 +59,19 @@ const TASK_LEAST: usize = 4096;
 /// 32u = 2^-19 covers it (numerics.md, Boxes).
 pub const PADDING: f64 = 1.0 / 524_288.0;
 
-/// Builds over `items` (triangles and spheres in any order). `loose`: triangles, spheres stay outside, in
-/// their own order.
-pub fn build(items: &[Item], loose: [bool; 2]) -> Bvh {
+/// What a hierarchy is to be.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Wanted<'a> {
+    /// Triangles, spheres stay outside, in their own order.
+    pub loose: [bool; 2],
+    /// The work that goes into it.
+    pub quality: Hierarchy,
+    /// Where it may be found or kept.
+    pub cache: Option<&'a Cache>,
+}
+
+/// Builds over `items` (triangles and spheres in any order).
+pub fn build(items: &[Item], wanted: &Wanted) -> Bvh {
     let made: Vec<(Prim, bool)> = items
         .par_iter()
         .enumerate()
@@ -66,7 +80,7 @@ pub fn build(items: &[Item], loose: [bool; 2]) -> Bvh {
     let exact = made.iter().all(|(_, same)| *same);
     let prims = made.into_iter().map(|(prim, _)| prim).collect();
     let boxes = |i: u32| items[i as usize].bounds;
-    build_prims(prims, loose, if exact { None } else { Some(&boxes) })
+    build_prims(prims, wanted, if exact { None } else { Some(&boxes) })
 }
 
 /// Boxes of items by number.
@@ -74,50 +88,81 @@ pub type Boxes<'a> = &'a (dyn Fn(u32) -> Bounds + Sync);
 
 /// Builds over `prims`. Where f32 does not hold their boxes as they are, `exact` gives them: the tree is
 /// then chosen by the boxes in f32, and its nodes take theirs from the exact ones.
-pub fn build_prims(prims: Vec<Prim>, loose: [bool; 2], exact: Option<Boxes>) -> Bvh {
+pub fn build_prims(prims: Vec<Prim>, wanted: &Wanted, exact: Option<Boxes>) -> Bvh {
+    // Files hold boxes in f32.
+    let cache = wanted.cache.filter(|_| exact.is_none());
+    let entry = cache.and_then(|c| c.file(&prims, wanted.loose, wanted.quality));
+    if let Some(found) = entry.as_ref().and_then(|e| e.load()) {
+        return found;
+    }
+    let mut bvh = built(prims, wanted);
+    if let Some(boxes) = exact {
+        bvh.refit(boxes);
+    }
+    if let Some(entry) = entry {
+        entry.store(&bvh);
+    }
+    bvh
+}
+
+fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     let triangles = prims.iter().filter(|p| p.kind == 0).count();
-    let (mut order, mut prims) = apart(prims, loose);
-    // A loose kind is not in the tree, so that these are all of it.
-    let spheres_first = order.iter().position(|p| p.kind == 1).unwrap_or(order.len());
-    let loose_spheres = order.split_off(spheres_first);
-    let kinds = [prims.iter().any(|p| p.kind == 0), prims.iter().any(|p| p.kind == 1)];
+    let (mut order, mut prims) = apart(prims, wanted.loose);
+    // Triangles come first.
+    let loose_spheres = order.split_off(order.partition_point(|p| p.kind == 0));
+    let kinds = [0, 1].map(|kind| prims.iter().any(|p| p.kind == kind));
     let task = (prims.len() / TASKS).max(TASK_LEAST);
-    let builder = Builder { mixed: kinds == [true; 2], task };
+    let builder = Builder { mixed: kinds == [true; 2], task, quality: wanted.quality };
     let mut pairs = match prims.len() {
         0 => vec![[Child::ABSENT; 2]],
         _ if builder.leaf_fits(&prims) => vec![[leaf(&prims, 0), Child::ABSENT]],
         _ => builder.build(&mut prims),
     };
-    // Leaves hold places among all; kernels want them by kind.
-    let mut places = [order.len() as u32, (triangles + loose_spheres.len()) as u32];
     if kinds[1] {
-        let place_of: Vec<u32> = prims
-            .iter()
-            .map(|p| {
-                let place = &mut places[p.kind as usize];
-                *place += 1;
-                *place - 1
-            })
-            .collect();
+        // Leaves hold places among all; kernels want them by kind.
+        let mut next = [order.len() as u32, (triangles + loose_spheres.len()) as u32];
+        let place = |p: &Prim| {
+            let place = &mut next[p.kind as usize];
+            *place += 1;
+            *place - 1
+        };
+        let places: Vec<u32> = prims.iter().map(place).collect();
         for child in pairs.iter_mut().flatten().filter(|c| c.link & LEAF_BIT != 0 && c.lo[0] <= c.hi[0]) {
             let first = child.link & FIRST_MASK;
-            child.link = child.link & !FIRST_MASK | place_of[first as usize];
+            child.link = child.link & !FIRST_MASK | places[first as usize];
         }
     }
-    // A level of the binary hierarchy leaves one entry on the stack, so that two wide always fits.
-    let fits = |width| Some(widened(&pairs, width)).filter(|b| b.stack <= STACK_SIZE as usize);
-    let mut bvh = fits(WIDTH).unwrap_or_else(|| widened(&pairs, 2));
-    drop(pairs);
-    let of_kind = |kind: u32| prims.iter().filter(move |p| p.kind == kind).map(|p| p.index);
-    let loose_of = |prims: Vec<Prim>| prims.into_iter().map(|p| p.index);
-    let mut numbers: Vec<u32> = Vec::with_capacity(order.len() + loose_spheres.len() + prims.len());
-    numbers.extend(loose_of(order).chain(of_kind(0)));
-    numbers.extend(loose_of(loose_spheres).chain(of_kind(1)));
-    bvh.order = numbers;
-    if let Some(boxes) = exact {
-        bvh.refit(boxes);
+    let fits = |pairs: &[Pair]| Some(widened(pairs, WIDTH)).filter(|b| b.stack <= STACK_SIZE as usize);
+    let mut before = Vec::new();
+    for effort in efforts(wanted.quality, pairs.len()) {
+        before.extend(reinsert::improve(&mut pairs, effort));
     }
+    let improved = fits(&pairs);
+    if improved.is_none() {
+        before.into_iter().rev().for_each(|(at, pair)| pairs[at] = pair);
+    }
+    // A level of the binary hierarchy as it is built leaves one entry on the stack, so that two wide fits.
+    let mut bvh = improved.or_else(|| fits(&pairs)).unwrap_or_else(|| widened(&pairs, 2));
+    drop(pairs);
+    let of_kind = |kind: u32| prims.iter().filter(move |p| p.kind == kind);
+    bvh.order = Vec::with_capacity(order.len() + loose_spheres.len() + prims.len());
+    bvh.order.extend(order.iter().chain(of_kind(0)).map(|p| p.index));
+    bvh.order.extend(loose_spheres.iter().chain(of_kind(1)).map(|p| p.index));
     bvh
+}
+
+/// What to improve in a hierarchy of so many nodes. Most is to be gained among the largest: few, they are
+/// met by every ray, and where walls stand around a mesh they are what binning does worst (ARCHITECTURE.md,
+/// "Figures").
+fn efforts(quality: Hierarchy, nodes: usize) -> Vec<reinsert::Effort> {
+    let top = reinsert::Effort { nodes: 1024, rounds: 8, share: 1 };
+    let all = reinsert::Effort { nodes, rounds: 8, share: 4 };
+    match quality {
+        _ if nodes < 3 => Vec::new(),
+        Hierarchy::Fast => Vec::new(),
+        Hierarchy::Balanced => vec![top],
+        Hierarchy::Best => vec![top, all],
+    }
 }
 
 /// The primitives outside the hierarchy, triangles first, and those in it.
@@ -143,6 +188,7 @@ struct Builder {
     mixed: bool,
     /// Primitives that one thread takes at once, at most.
     task: usize,
+    quality: Hierarchy,
 }
 
 /// The upper part of the hierarchy, down to what one thread built.
@@ -233,8 +279,9 @@ impl Builder {
         // Levels that halving still needs: to single items, and one to part kinds.
         let needs = |n: usize| n.next_power_of_two().trailing_zeros() as usize + 1;
         let plane = match n {
-            ..=FEW => split::best_plane::<FEW_BINS>(prims, &centers),
-            _ => split::best_plane::<BINS>(prims, &centers),
+            _ if self.quality == Hierarchy::Fast => split::best_plane::<FEW_BINS>(prims, &centers, true),
+            ..=FEW => split::best_plane::<FEW_BINS>(prims, &centers, false),
+            _ => split::best_plane::<BINS>(prims, &centers, false),
         };
         if let Some((plane, sides)) = plane {
             let middle = partition_by(prims, |p| plane.is_left(p));
@@ -275,6 +322,29 @@ fn partition_by(prims: &mut [Prim], left: impl Fn(&Prim) -> bool) -> usize {
 }
 
 impl Bvh {
+    /// What a line that meets the root's box meets below it on average, if lines are spread evenly: nodes, and
+    /// primitives' boxes with each counted where its leaf is (Goldsmith and Salmon, "Automatic Creation of
+    /// Object Hierarchies for Ray Tracing", 1987). The root counts as one.
+    pub fn expected(&self) -> (f64, f64) {
+        let half_area = |lo: [f64; 3], hi: [f64; 3]| {
+            let e = [0, 1, 2].map(|a| hi[a] - lo[a]);
+            e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
+        };
+        let root = self.nodes[0]
+            .children()
+            .fold(Bounds::EMPTY, |b, (_, lo, hi)| b.union(Bounds { lo: lo.into(), hi: hi.into() }));
+        let whole = half_area(root.lo.to_array(), root.hi.to_array());
+        let (mut nodes, mut primitives) = (1.0, 0.0);
+        for (link, lo, hi) in self.nodes.iter().flat_map(Node::children) {
+            let chance = half_area(lo, hi) / whole;
+            match link & LEAF_BIT {
+                0 => nodes += chance,
+                _ => primitives += chance * f64::from(((link & !LEAF_BIT) >> LEAF_FIRST_BITS) + 1),
+            }
+        }
+        (nodes, primitives)
+    }
+
     /// Gives every node the boxes of what is below it.
     fn refit(&mut self, boxes: Boxes) {
         let mut whole = vec![Bounds::EMPTY; self.nodes.len()];
@@ -299,98 +369,4 @@ impl Bvh {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sampler::pcg4d;
-    use glam::DVec3;
-
-    const NONE_LOOSE: [bool; 2] = [false; 2];
-
-    fn boxes(n: u32, spheres: u32, spread: f64) -> Vec<Item> {
-        (0..n)
-            .map(|i| {
-                let h = pcg4d([i, 1, 2, 3]).map(|c| f64::from(c) / f64::from(u32::MAX) - 0.5);
-                let lo = DVec3::new(h[0], h[1], h[2]) * spread;
-                Item {
-                    bounds: Bounds { lo, hi: lo + DVec3::splat(h[3].abs() * 0.01) },
-                    is_sphere: i < spheres,
-                }
-            })
-            .collect()
-    }
-
-    #[test]
-    fn sound_for_all_sizes() {
-        for n in [0, 1, 2, 3, 5, 17, 100, 3000] {
-            let items = boxes(n, n / 3, 1.0);
-            build(&items, NONE_LOOSE).validate(&items).unwrap();
-        }
-    }
-
-    #[test]
-    fn coincident_and_clustered_items_stay_within_the_stack() {
-        let same = vec![Item { bounds: Bounds::EMPTY.with(DVec3::ZERO), is_sphere: false }; 100_000];
-        build(&same, NONE_LOOSE).validate(&same).unwrap();
-        // Each item half as far out as the last: SAH would peel them off one by one.
-        let cluster: Vec<Item> = (0..500)
-            .map(|i| Item {
-                bounds: Bounds::of_sphere(DVec3::splat(2f64.powi(-i)), 2f64.powi(-i - 2)),
-                is_sphere: true,
-            })
-            .collect();
-        build(&cluster, NONE_LOOSE).validate(&cluster).unwrap();
-    }
-
-    /// Boxes that defeat heuristics: flat, equal, denormal, huge, nested, in geometric progressions of
-    /// either kind, and all of them together.
-    #[test]
-    fn odd_boxes_stay_within_the_stack() {
-        let item = |lo: DVec3, size: DVec3, i: usize| Item {
-            bounds: Bounds { lo, hi: lo + size },
-            is_sphere: i.is_multiple_of(3),
-        };
-        let row = |n: usize, f: &dyn Fn(usize) -> (DVec3, DVec3)| -> Vec<Item> {
-            (0..n)
-                .map(|i| {
-                    let (lo, size) = f(i);
-                    item(lo, size, i)
-                })
-                .collect()
-        };
-        let power = |i: usize| 2f64.powi(-(i as i32 % 1000));
-        let sets: Vec<Vec<Item>> = vec![
-            row(1000, &|i| (DVec3::X * power(i), DVec3::ZERO)),
-            row(1000, &|i| (DVec3::splat(-power(i)), DVec3::splat(2.0 * power(i)))),
-            row(700, &|i| (DVec3::splat(5.693442e-39 * (i % 7) as f64), DVec3::X * 5.693442e-39)),
-            row(500, &|i| (DVec3::Y * 1e38 * (i % 2) as f64, DVec3::Z * 1e37)),
-            row(4096, &|i| {
-                (DVec3::new((i % 16) as f64, (i / 16 % 16) as f64, (i / 256) as f64), DVec3::ZERO)
-            }),
-            // One far from a great many at one place.
-            row(50_000, &|i| (DVec3::X * if i == 0 { 1e30 } else { 0.0 }, DVec3::ZERO)),
-            // Two places a denormal apart.
-            row(333, &|i| (DVec3::X * if i % 2 == 0 { 0.0 } else { f64::from_bits(1) }, DVec3::ZERO)),
-        ];
-        let all: Vec<Item> = sets.concat();
-        for items in sets.iter().chain([&all]) {
-            let built = build(items, NONE_LOOSE);
-            built.validate(items).unwrap();
-            assert!(built.stack <= STACK_SIZE as usize, "{}", built.stack);
-        }
-    }
-
-    #[test]
-    fn validate_catches_defects() {
-        let items = boxes(300, 100, 1.0);
-        let good = build(&items, NONE_LOOSE);
-        let mut shrunk = good.clone();
-        shrunk.nodes[0].hi_0[1] = shrunk.nodes[0].lo_0[1];
-        assert!(shrunk.validate(&items).unwrap_err().contains("sticks out"));
-        let mut lost = good.clone();
-        lost.order[7] = lost.order[8];
-        assert!(lost.validate(&items).is_err());
-        let mut deep = good;
-        deep.depth = 2;
-        assert!(deep.validate(&items).unwrap_err().contains("deeper"));
-    }
-}
+mod tests;

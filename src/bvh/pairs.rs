@@ -2,11 +2,12 @@
 
 use crate::abi::LEAF_BIT;
 use crate::frame::Bounds;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3A;
 
 /// A primitive's box in f32, its place in the scene, and its kind: all that splitting looks at, and what
 /// it sorts, so that it reads memory in order.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Prim {
     /// Least corner.

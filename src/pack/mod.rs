@@ -5,7 +5,7 @@ mod solids;
 mod triangles;
 
 use crate::abi::{self, double};
-use crate::bvh::{self, Bvh, Prim};
+use crate::bvh::{self, Bvh, Cache, Prim, Wanted};
 use crate::defect::Defect;
 use crate::frame::{Bounds, LocalFrame};
 use crate::scene::{Fresnel, Scene};
@@ -148,7 +148,9 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
             stack: 0,
         }
     } else {
-        bvh::build_prims(prims, loose, if exact { None } else { Some(&bounds) })
+        let cache = Cache::of_user();
+        let wanted = Wanted { loose, quality: settings.schedule.hierarchy, cache: cache.as_ref() };
+        bvh::build_prims(prims, &wanted, if exact { None } else { Some(&bounds) })
     };
     let (triangle_order, sphere_order) = bvh.order.split_at(count);
     let (packed_triangles, triangle_infos) = triangles.packed(triangle_order);
