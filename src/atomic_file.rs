@@ -22,6 +22,14 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     Ok(())
 }
 
+/// Writes `bytes` to `path`, without waiting for the disk: a power cut may leave the file damaged, which its
+/// reader must be able to tell.
+pub fn write_unsynced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let (partial, mut file) = Partial::create(path)?;
+    file.write_all(bytes)?;
+    partial.rename_to(path)
+}
+
 /// Checks that [`write()`] could create `path`, so that long work is not lost at its end. Leaves
 /// nothing behind.
 pub fn check(path: &Path) -> io::Result<()> {

@@ -83,17 +83,9 @@ impl LocalFrame {
     /// The frame of a scene: of all its geometry but for spheres so huge that f32 could not tell the
     /// rest apart beside them (a planet under a table). Of the eye where there is nothing else.
     pub fn of(scene: &Scene) -> LocalFrame {
-        let mut flat = Bounds::EMPTY;
-        for p in scene.polygons.iter().flat_map(|p| &p.vertices) {
-            flat = flat.with(*p);
-        }
-        for mesh in &scene.meshes {
-            for face in &mesh.faces {
-                for v in face.vertices {
-                    flat = flat.with(mesh.vertices[v as usize]);
-                }
-            }
-        }
+        let corners = scene.polygons.iter().flat_map(|p| &p.vertices);
+        let flat = corners.fold(Bounds::EMPTY, |b, p| b.with(*p));
+        let flat = scene.meshes.iter().fold(flat, |b, mesh| b.union(mesh.bounds()));
         let mut spheres: Vec<(f64, Bounds)> =
             scene.spheres.iter().map(|s| (s.radius, Bounds::of_sphere(s.center, s.radius))).collect();
         spheres.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -153,8 +145,12 @@ impl LocalFrame {
 
     /// A point in local coordinates.
     pub fn point(&self, world: DVec3) -> DVec3 {
-        let d = world - self.center;
-        DVec3::new(self.length(d.x), self.length(d.y), self.length(d.z))
+        self.map().point(world)
+    }
+
+    /// The same for many points.
+    pub fn map(&self) -> PointMap {
+        PointMap { center: self.center, factors: power_of_two(self.scale_log2) }
     }
 
     /// The eye's position in local coordinates and how far in front of it, along the view, all
@@ -170,10 +166,29 @@ impl LocalFrame {
     }
 }
 
-/// x * 2^k in two exact steps, so that 2^k itself may lie outside f64's range.
+/// From the user's coordinates to those of a local frame.
+#[derive(Debug, Clone, Copy)]
+pub struct PointMap {
+    center: DVec3,
+    factors: [f64; 2],
+}
+
+impl PointMap {
+    /// A point in local coordinates.
+    pub fn point(&self, world: DVec3) -> DVec3 {
+        (world - self.center) * self.factors[0] * self.factors[1]
+    }
+}
+
+/// 2^k as two factors, as 2^k itself may lie outside f64's range.
+fn power_of_two(k: i32) -> [f64; 2] {
+    [k / 2, k - k / 2].map(|k| 2f64.powi(k))
+}
+
+/// x * 2^k, exact unless it leaves f64's range.
 pub fn times_power_of_two(x: f64, k: i32) -> f64 {
-    let half = k / 2;
-    x * 2f64.powi(half) * 2f64.powi(k - half)
+    let [first, second] = power_of_two(k);
+    x * first * second
 }
 
 /// The k with |v| in (2^(k-1), 2^k]; 0 for the zero vector.

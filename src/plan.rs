@@ -1,6 +1,8 @@
 //! What this scene needs on this device, decided before anything is allocated: specialisation,
 //! queue capacity, tile and batch, bytes.
 
+mod fit;
+
 use crate::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::kernels::KERNELS;
 use crate::pack::Packed;
@@ -67,9 +69,6 @@ const LIGHTS_PER_PASS: u32 = 8;
 /// Samples from which on a small scene's shapes become constants: on lavapipe that costs about a second of
 /// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
 const KNOWN_SAMPLES: u64 = 1 << 21;
-/// Share of the heap that a plan may take, in eighths.
-const HEAP_EIGHTHS: u64 = 6;
-
 impl Plan {
     /// Plans the image of `packed` under `settings`.
     ///
@@ -149,17 +148,15 @@ impl Plan {
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
         loop {
             plan.size_for(packed, settings, batch, room);
-            let largest = plan.buffer_bytes.iter().copied().max().unwrap_or(0);
-            let fits = largest <= limits.storage_range && plan.bytes() <= limits.heap / 8 * HEAP_EIGHTHS;
-            if fits {
+            plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
+            if plan.fits(limits) {
                 break;
             }
             if batch == 1 {
-                return Err(plan.too_large(packed, limits));
+                return Err(plan.too_large(packed, settings, limits));
             }
             batch = (batch / 2).max(1);
         }
-        plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
         if plan.walks_in_packets(settings, limits) {
             plan.specialisation.lanes = limits.shuffle_lanes;
             // In steps, so that scenes of about a size share their compiled kernels.
@@ -267,9 +264,7 @@ impl Plan {
         let fits = |(i, bytes): (usize, &u64)| {
             viewed >> i & 1 == 0 || bytes / TEXEL_BYTES <= u64::from(limits.texel_elements)
         };
-        limits.is_cpu
-            && settings.precision != Precision::Double
-            && self.buffer_bytes.iter().enumerate().all(fits)
+        may_read_texels(settings, limits) && self.buffer_bytes.iter().enumerate().all(fits)
     }
 
     /// Whether the rays of a subgroup walk the hierarchy together. Where a vector of a few lanes is the whole
@@ -292,24 +287,11 @@ impl Plan {
     pub fn bytes(&self) -> u64 {
         self.buffer_bytes.iter().sum()
     }
+}
 
-    fn too_large(&self, packed: &Packed, limits: &Limits) -> PlanError {
-        let (name, bytes) = abi::BUFFERS
-            .iter()
-            .zip(&self.buffer_bytes)
-            .max_by_key(|(_, bytes)| **bytes)
-            .map_or(("", 0), |((name, ..), bytes)| (*name, *bytes));
-        let share = limits.storage_range as f64 / bytes as f64;
-        PlanError(format!(
-            "{} primitives need {} bytes for `{name}`; this device binds {} bytes at once and has a heap of {}. \
-             About {:.0} primitives would fit",
-            packed.primitive_count(),
-            bytes,
-            limits.storage_range,
-            limits.heap,
-            packed.primitive_count() as f64 * share.min(1.0),
-        ))
-    }
+/// Whether kernels read texels where views reach far enough.
+fn may_read_texels(settings: &Settings, limits: &Limits) -> bool {
+    limits.is_cpu && settings.precision != Precision::Double
 }
 
 /// Bytes of a buffer's element by its GLSL name.
@@ -323,3 +305,6 @@ pub fn element_bytes(element: &str, precision: Precision) -> u64 {
         _ => 4,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,6 +14,7 @@ fn plan() -> Plan {
         storage_range: 1 << 27,
         heap: 1 << 31,
         workgroup_invocations: 1024,
+        shuffle_lanes: 8,
         is_cpu: true,
         texel_elements: 1 << 27,
     };

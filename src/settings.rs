@@ -140,6 +140,32 @@ impl Settings {
     }
 }
 
+/// How much work goes into the hierarchy of a large scene. Never changes a bit of the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
+pub enum Hierarchy {
+    /// Few bins along one axis: built soonest, walked slowest.
+    Fast,
+    /// Binned along all axes.
+    #[default]
+    Balanced,
+    /// The same, and then subtrees moved to where they cost less: for many rays through one scene.
+    Best,
+}
+
+impl Hierarchy {
+    /// All, in order of their work.
+    pub const ALL: [Hierarchy; 3] = [Hierarchy::Fast, Hierarchy::Balanced, Hierarchy::Best];
+
+    /// As the command line spells it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Hierarchy::Fast => "fast",
+            Hierarchy::Balanced => "balanced",
+            Hierarchy::Best => "best",
+        }
+    }
+}
+
 /// How the work is cut into tiles, batches and workgroups. `None` leaves it to the plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Schedule {
@@ -152,6 +178,8 @@ pub struct Schedule {
     /// Rays that fit a queue, at most (never fewer than a batch starts with). A queue that turns out
     /// too small costs time, not light: the tile is traced again in smaller batches.
     pub capacity: Option<u32>,
+    /// How much work goes into the hierarchy.
+    pub hierarchy: Hierarchy,
     /// A small scene's shapes as constants of the kernels, which are then compiled for it alone.
     pub constants: Option<bool>,
     /// Rays of a subgroup walk the hierarchy together, on a software device.

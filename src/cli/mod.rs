@@ -9,7 +9,7 @@ use crate::generate::Shape;
 use crate::measure::promise::Layer;
 use crate::measure::sweep::axes::Axis;
 use crate::sampler::Sampler;
-use crate::settings::{DeviceChoice, Origin, Precision, Schedule};
+use crate::settings::{DeviceChoice, Hierarchy, Origin, Precision, Schedule};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -491,6 +491,7 @@ impl ScheduleArgs {
             batch_samples: self.batch_samples,
             // clap lets through only 32, 64, 128 and 256.
             workgroup: self.workgroup.as_deref().and_then(|n| n.parse().ok()),
+            hierarchy: self.bvh,
             ..Schedule::default()
         }
     }
@@ -526,6 +527,10 @@ pub struct ScheduleArgs {
     /// Invocations per workgroup [default: chosen for the device]
     #[arg(long, value_parser = ["32", "64", "128", "256"])]
     pub workgroup: Option<String>,
+
+    /// Work that goes into the hierarchy of a large scene: `fast`, `balanced` or `best`
+    #[arg(long, value_name = "WHICH", value_parser = values::hierarchy, default_value = "balanced")]
+    pub bvh: Hierarchy,
 }
 
 /// How much to say on standard error.

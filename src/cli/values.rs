@@ -1,7 +1,7 @@
 //! Values of options, checked as they are read.
 
 use crate::image::Format;
-use crate::settings::{DeviceChoice, Origin, Precision};
+use crate::settings::{DeviceChoice, Hierarchy, Origin, Precision};
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -145,6 +145,12 @@ pub fn precision(text: &str) -> Result<Precision, String> {
         .into_iter()
         .find(|p| p.name() == text)
         .ok_or_else(|| "write fast, robust or f64".into())
+}
+
+/// `--bvh`.
+pub fn hierarchy(text: &str) -> Result<Hierarchy, String> {
+    let found = Hierarchy::ALL.into_iter().find(|h| h.name() == text);
+    found.ok_or_else(|| "write fast, balanced or best".into())
 }
 
 /// `--origin`.

@@ -3,7 +3,7 @@ use crate::cli::{Cli, Command, Verbosity};
 use crate::report::{DepthInfo, Report};
 use crate::sampler::Sampler;
 use crate::settings::Schedule;
-use crate::settings::{Origin, Precision};
+use crate::settings::{Hierarchy, Origin, Precision};
 use clap::Parser;
 use std::fs;
 use std::sync::{Arc, Mutex};
@@ -70,15 +70,14 @@ fn options_override_the_scene() {
     let own = settings(&arguments(&["-o", "a.png"]), &scene()).unwrap();
     assert_eq!(own, Settings::of(&scene()));
     let words = "-o a.png --size 40x30 --samples 7 --depth 9 --cutoff 0.01 --sampler stratified --seed 5 --precision f64 --origin fixed:0.5 --crop 1,2,40,30 \
-                 --tile-pixels 64 --batch-samples 3 --workgroup 128";
+                 --tile-pixels 64 --batch-samples 3 --workgroup 128 --bvh best";
     let given = settings(&arguments(&words.split_whitespace().collect::<Vec<_>>()), &scene()).unwrap();
     let schedule = Schedule {
         tile_pixels: Some(64),
         batch_samples: Some(3),
         workgroup: Some(128),
-        capacity: None,
-        constants: None,
-        packets: None,
+        hierarchy: Hierarchy::Best,
+        ..Schedule::default()
     };
     let want = Settings {
         width: 40,

@@ -2,17 +2,16 @@
 
 use super::tally::Tally;
 use super::tile::{self, Tile};
+use super::upload::uploads;
 use super::{Observer, RenderError};
 use crate::abi::{self, Buf, DepthCount, Film, Mark, Push, Queue};
 use crate::pack::Packed;
 use crate::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
 use crate::plan::Plan;
 use crate::scene::Scene;
-use crate::settings::{Precision, Settings};
+use crate::settings::Settings;
 use crate::timeline::Submit;
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
-use bytemuck::Pod;
-use std::borrow::Cow;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -56,39 +55,6 @@ impl Drawn {
         let pixels = (x1 - x0) as usize * (y1 - y0) as usize;
         Drawn { linear: vec![[0.0; 3]; pixels], finished: Vec::new(), tally: Tally::default() }
     }
-}
-
-/// Everything that goes to the device once, as the kernels of this precision want it.
-pub(super) fn uploads<'a>(
-    packed: &'a Packed,
-    camera: &'a [abi::double::Camera; 1],
-    precision: Precision,
-) -> [(Buf, Cow<'a, [u8]>); 13] {
-    let double = precision == Precision::Double;
-    [
-        (Buf::Camera, device_bytes::<_, abi::single::Camera>(camera.as_slice(), double)),
-        (Buf::Triangles, device_bytes::<_, abi::single::Triangle>(&packed.triangles, double)),
-        (Buf::TriangleInfos, device_bytes::<_, abi::single::TriangleInfo>(&packed.triangle_infos, double)),
-        (Buf::CornerNormals, device_bytes::<_, abi::single::CornerNormals>(&packed.corner_normals, double)),
-        (Buf::Spheres, device_bytes::<_, abi::single::Sphere>(&packed.spheres, double)),
-        (Buf::WideSpheres, device_bytes::<_, abi::single::WideSphere>(&packed.wide_spheres, double)),
-        (Buf::SphereInfos, device_bytes::<_, abi::single::SphereInfo>(&packed.sphere_infos, double)),
-        (Buf::Nodes, device_bytes::<_, abi::single::Node>(&packed.nodes, double)),
-        (Buf::Materials, device_bytes::<_, abi::single::Material>(&packed.materials, double)),
-        (Buf::Lights, device_bytes::<_, abi::single::Light>(&packed.lights, double)),
-        (Buf::SolidIors, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_iors))),
-        (Buf::SolidPriorities, Cow::Borrowed(bytemuck::cast_slice(&packed.solid_priorities))),
-        (Buf::EyeMedia, Cow::Borrowed(bytemuck::cast_slice(&packed.eye_media))),
-    ]
-}
-
-/// Host structs as the kernels want them: f64 as they are, or each number rounded to f32.
-fn device_bytes<W: Pod, N: Pod + for<'w> From<&'w W>>(wide: &[W], double: bool) -> Cow<'_, [u8]> {
-    if double {
-        return Cow::Borrowed(bytemuck::cast_slice(wide));
-    }
-    let narrow: Vec<N> = wide.iter().map(N::from).collect();
-    Cow::Owned(bytemuck::cast_slice(&narrow).to_vec())
 }
 
 /// Pixels that are traced together: a tile, or a list.
@@ -146,8 +112,10 @@ impl Frame {
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
         let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
         let camera = [packed.camera(scene, settings)];
-        for (buffer, bytes) in uploads(packed, &camera, settings.precision) {
-            recorder.upload(&mut buffers, buffer, &bytes)?;
+        for upload in uploads(packed, &camera, settings.precision) {
+            recorder.upload_made(&mut buffers, upload.buffer, upload.shape, &|from, out| {
+                upload.fill(from, out)
+            })?;
         }
         Ok(Frame {
             pipelines,

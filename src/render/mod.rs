@@ -6,6 +6,7 @@ mod tally;
 mod tile;
 mod trace;
 mod unfinished;
+mod upload;
 
 pub(crate) use frame::mean;
 pub use survey::Survey;

@@ -1,8 +1,9 @@
 //! What an interrupted render leaves to the one that goes on with it.
 
-use super::frame::{Drawn, uploads};
+use super::frame::Drawn;
 use super::tally::{Tally, settings_info};
 use super::tile::Tile;
+use super::upload::uploads;
 use crate::image::linear_sha256;
 use crate::pack::Packed;
 use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo, TimeInfo};
@@ -31,10 +32,10 @@ impl Identity {
     pub(super) fn new(device: &DeviceInfo, packed: &Packed, scene: &Scene, settings: &Settings) -> Identity {
         let camera = [packed.camera(scene, settings)];
         let mut hash = Sha256::new();
-        for (_, bytes) in uploads(packed, &camera, settings.precision) {
+        for upload in uploads(packed, &camera, settings.precision) {
             // With its length, so that no byte can change buffers unseen.
-            hash.update((bytes.len() as u64).to_le_bytes());
-            hash.update(&bytes);
+            hash.update((upload.shape.bytes as u64).to_le_bytes());
+            upload.pieces(|bytes| hash.update(bytes));
         }
         Identity {
             program: ProgramInfo::default(),

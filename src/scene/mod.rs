@@ -17,7 +17,9 @@ pub use error::SceneError;
 pub use parse::{load, parse_str};
 pub use transform::{Transform, rotation};
 
+use crate::frame::Bounds;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// A whole scene. Indices into `materials` are always in range.
@@ -172,6 +174,20 @@ pub struct Face {
     pub normals: Option<[u32; 3]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
+}
+
+impl Mesh {
+    /// The box of its faces, metres.
+    pub fn bounds(&self) -> Bounds {
+        // In pieces of one size: whether 0 or -0 is the least must not depend on the number of threads.
+        const PIECE: usize = 1 << 15;
+        let piece = |faces: &[Face]| {
+            let corners = faces.iter().flat_map(|f| f.vertices).map(|v| self.vertices[v as usize]);
+            corners.fold(Bounds::EMPTY, Bounds::with)
+        };
+        let pieces: Vec<Bounds> = self.faces.par_chunks(PIECE).map(piece).collect();
+        pieces.into_iter().fold(Bounds::EMPTY, Bounds::union)
+    }
 }
 
 impl Scene {

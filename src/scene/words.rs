@@ -27,6 +27,11 @@ impl<'a> Words<'a> {
         Words { source, object, at }
     }
 
+    /// From byte `at`, the start of a line.
+    pub fn starting(source: Source<'a>, object: String, at: usize) -> Words<'a> {
+        Words { source, object, at }
+    }
+
     /// An error at byte `offset`.
     pub fn error(&self, offset: usize, message: impl Into<String>, remedy: impl Into<String>) -> SceneError {
         self.source.error(offset, &self.object, message, remedy)

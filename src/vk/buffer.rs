@@ -21,6 +21,15 @@ struct Slot {
     view: vk::BufferView,
 }
 
+/// Bytes that are made when they are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Made {
+    /// In all.
+    pub bytes: usize,
+    /// Of an element; they are made whole.
+    pub element: usize,
+}
+
 /// All buffers of a plan, allocated once.
 pub struct Buffers {
     device: Rc<Device>,
@@ -64,6 +73,15 @@ impl Buffers {
     /// Bytes of a buffer.
     pub fn bytes(&self, buffer: crate::abi::Buf) -> u64 {
         self.slots[buffer as usize].bytes
+    }
+
+    /// A buffer's own memory, where the host sees it and what it writes needs no flush: that of software
+    /// and integrated devices, and of cards that show all of theirs.
+    pub(super) fn direct(&mut self, buffer: crate::abi::Buf) -> Option<&mut [u8]> {
+        let slot = &mut self.slots[buffer as usize];
+        let seen = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
+        let allocation = slot.allocation.as_mut().filter(|a| a.memory_properties().contains(seen))?;
+        allocation.mapped_slice_mut()
     }
 
     pub(super) fn staging(&self) -> vk::Buffer {

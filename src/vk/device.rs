@@ -100,6 +100,8 @@ pub(super) struct Candidate {
     pub(super) driver: String,
     pub(super) uuid: [u8; 16],
     pub(super) heap: u64,
+    /// Bytes of one allocation at most.
+    pub(super) allocation: u64,
     pub(super) queue_family: Option<u32>,
     pub(super) timestamp_bits: u32,
     pub(super) scalar_layout: bool,
@@ -112,13 +114,16 @@ impl Candidate {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut ids = vk::PhysicalDeviceIDProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut memory_limits = vk::PhysicalDeviceMaintenance3Properties::default();
         let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut memory_limits)
             .push_next(&mut driver)
             .push_next(&mut ids)
             .push_next(&mut subgroup);
         // SAFETY: `handle` came from this instance; the chain lives through the call.
         unsafe { instance.get_physical_device_properties2(handle, &mut properties) };
         let core = properties.properties;
+        let allocation = memory_limits.max_memory_allocation_size;
         let mut scalar = vk::PhysicalDeviceScalarBlockLayoutFeatures::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut scalar);
         // SAFETY: as above.
@@ -155,6 +160,7 @@ impl Candidate {
             .join(" "),
             uuid: ids.device_uuid,
             heap,
+            allocation,
             queue_family,
             timestamp_bits: queue_family.map_or(0, |i| families[i as usize].timestamp_valid_bits),
             scalar_layout: scalar.scalar_block_layout == vk::TRUE,
@@ -200,7 +206,8 @@ impl Candidate {
     pub(super) fn limits(&self) -> Limits {
         let limits = &self.properties.limits;
         Limits {
-            storage_range: u64::from(limits.max_storage_buffer_range),
+            // No buffer is larger than an allocation.
+            storage_range: u64::from(limits.max_storage_buffer_range).min(self.allocation),
             heap: self.heap,
             workgroup_invocations: limits
                 .max_compute_work_group_invocations
@@ -397,15 +404,21 @@ pub fn write_cache(file: &std::path::Path, data: &[u8]) {
     }
 }
 
-/// `$XDG_CACHE_HOME/whitted/KIND-UUID-VERSION`, or under `~/.cache`. Some drivers keep one UUID for ever, so
-/// the driver's version is part of the name as well.
-fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
+/// The user's cache folder: `$XDG_CACHE_HOME/whitted`, or under `~/.cache`.
+pub fn cache_folder() -> Option<PathBuf> {
     let folder = std::env::var_os("XDG_CACHE_HOME")
         .map(PathBuf::from)
         .filter(|p| p.is_absolute())
         .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
+    Some(folder.join("whitted"))
+}
+
+/// `KIND-UUID-VERSION` in the cache folder. Some drivers keep one UUID for ever, so the driver's version is
+/// part of the name as well.
+fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
+    let folder = cache_folder()?;
     let uuid: String = chosen.properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
-    Some(folder.join("whitted").join(format!(
+    Some(folder.join(format!(
         "{kind}-{uuid}-{:x}-{}",
         chosen.properties.driver_version,
         env!("CARGO_PKG_VERSION")

@@ -12,8 +12,8 @@ mod kernel;
 mod list;
 mod recorder;
 
-pub use buffer::Buffers;
-pub use device::{Device, write_cache};
+pub use buffer::{Buffers, Made};
+pub use device::{Device, cache_folder, write_cache};
 pub use error::VkError;
 pub use kernel::Pipelines;
 pub use list::{DeviceSummary, list};

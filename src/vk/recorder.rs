@@ -1,6 +1,6 @@
 //! One submit: commands in order, every dispatch between two timestamps with a barrier closing it.
 
-use super::buffer::Buffers;
+use super::buffer::{Buffers, Made};
 use super::device::Device;
 use super::error::{VkError, call};
 use super::kernel::{Pipelines, bound, viewed};
@@ -143,7 +143,8 @@ impl Recorder {
                     let range = [vk::DescriptorBufferInfo {
                         buffer: buffers.handle(target),
                         offset: 0,
-                        range: buffers.bytes(target),
+                        // What is longer is read as texels alone (`plan`).
+                        range: buffers.bytes(target).min(self.device.limits().storage_range),
                     }];
                     let write = [vk::WriteDescriptorSet::default()
                         .dst_set(*set)
@@ -411,12 +412,41 @@ impl Recorder {
 
     /// Copies host bytes to the start of a buffer, through staging, waiting.
     pub fn upload(&mut self, buffers: &mut Buffers, buffer: Buf, bytes: &[u8]) -> Result<(), VkError> {
-        let piece = buffers.staging_bytes().len().max(1);
-        for (i, part) in bytes.chunks(piece).enumerate() {
-            buffers.staging_bytes()[..part.len()].copy_from_slice(part);
+        let copy = |from: usize, out: &mut [u8]| out.copy_from_slice(&bytes[from..][..out.len()]);
+        self.stage(buffers, buffer, Made { bytes: bytes.len(), element: 1 }, &copy)
+    }
+
+    /// Has `make` write what goes to the start of a buffer: at its place where the host reaches that, else
+    /// to staging, piece by piece, waiting. It is given the first byte of the piece. Between submits.
+    pub fn upload_made(
+        &mut self,
+        buffers: &mut Buffers,
+        buffer: Buf,
+        shape: Made,
+        make: &dyn Fn(usize, &mut [u8]),
+    ) -> Result<(), VkError> {
+        // No submit is under way, and the next one sees what the host wrote before it.
+        if let Some(place) = buffers.direct(buffer).and_then(|all| all.get_mut(..shape.bytes)) {
+            make(0, place);
+            return Ok(());
+        }
+        self.stage(buffers, buffer, shape, make)
+    }
+
+    fn stage(
+        &mut self,
+        buffers: &mut Buffers,
+        buffer: Buf,
+        shape: Made,
+        make: &dyn Fn(usize, &mut [u8]),
+    ) -> Result<(), VkError> {
+        let room = buffers.staging_bytes().len() / shape.element * shape.element;
+        let mut from = 0;
+        while from < shape.bytes {
+            let size = room.min(shape.bytes - from);
+            make(from, &mut buffers.staging_bytes()[..size]);
             self.begin()?;
-            let region =
-                [vk::BufferCopy { src_offset: 0, dst_offset: (i * piece) as u64, size: part.len() as u64 }];
+            let region = [vk::BufferCopy { src_offset: 0, dst_offset: from as u64, size: size as u64 }];
             // SAFETY: recording; the plan sized the buffer for these bytes.
             unsafe {
                 self.device.raw.cmd_copy_buffer(
@@ -428,6 +458,7 @@ impl Recorder {
             }
             self.barrier();
             self.submit(buffers)?;
+            from += size;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 use crate::common::{Rng, queue_of};
 use glam::{DVec3, Vec3};
 use whitted::abi::*;
-use whitted::bvh::{self, Item};
+use whitted::bvh::{self, Item, Wanted};
 use whitted::cpu::twin::single::Memory;
 use whitted::cpu::twin::single::lib::r#box::{sphere_box, triangle_box};
 use whitted::frame::Bounds;
@@ -330,7 +330,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
         .collect();
     let order: Vec<u32> = if v.bvh {
-        let built = bvh::build(&items, [v.loose, false]);
+        let built = bvh::build(&items, &Wanted { loose: [v.loose, false], ..Wanted::default() });
         m.nodes = built.nodes.iter().map(Node::from).collect();
         // Equally many for every seed, so that one set of buffers serves all.
         m.nodes.resize(items.len(), Node::default());

@@ -1,6 +1,8 @@
 //! OBJ meshes: `v`, `vn`, `f` (any number of corners, fanned from the first; negative indices),
 //! `mtllib`, `usemtl`. Texture coordinates, groups, lines and points are skipped.
 
+mod chunks;
+
 use super::error::{SceneError, Source, did_you_mean};
 use super::library::Library;
 use super::polygon::NORMAL_LEAN;
@@ -61,18 +63,23 @@ pub(super) fn read(
     place: Transform,
     library: &mut Library,
 ) -> Result<Mesh, SceneError> {
-    let mut reader = Reader {
-        words: Words::new(source, object.to_owned()),
-        place,
-        whole,
-        current: whole,
-        libraries: Vec::new(),
-        library,
-        vertices: Vec::new(),
-        normals: Vec::new(),
-        faces: Vec::new(),
-        corners: Vec::new(),
-    };
+    if source.text.len() > chunks::PIECE
+        && let Some(mesh) = chunks::read(source, whole, place, library, chunks::PIECE)
+    {
+        return Ok(mesh);
+    }
+    read_whole(source, object, whole, place, library)
+}
+
+/// Reads the text from its start to its end or its first mistake.
+fn read_whole(
+    source: Source,
+    object: &str,
+    whole: Option<usize>,
+    place: Transform,
+    library: &mut Library,
+) -> Result<Mesh, SceneError> {
+    let mut reader = Reader::new(Words::new(source, object.to_owned()), whole, place, library);
     while let Some(keyword) = reader.words.keyword() {
         reader.statement(keyword)?;
         reader.words.end_line();
@@ -87,7 +94,54 @@ pub(super) fn read(
     Ok(Mesh { name: source.file.display().to_string(), vertices, normals, faces })
 }
 
-impl Reader<'_> {
+/// Follows the `usemtl` or `mtllib` at byte `offset`: changes the material in use and the files it is looked
+/// for in.
+fn library_statement(
+    source: Source,
+    offset: usize,
+    current: &mut Option<usize>,
+    libraries: &mut Vec<PathBuf>,
+    library: &mut Library,
+) -> Result<(), SceneError> {
+    let unplaced = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
+    let mut reader = Reader::new(Words::starting(source, String::new(), offset), None, unplaced, library);
+    reader.current = *current;
+    reader.libraries = std::mem::take(libraries);
+    if let Some(keyword) = reader.words.keyword() {
+        reader.statement(keyword)?;
+    }
+    (*current, *libraries) = (reader.current, reader.libraries);
+    Ok(())
+}
+
+/// True if the three normals are one that agrees with the triangle's plane up to its digits: the
+/// plane's own normal, which is exact, then says it better.
+fn is_flat(vertices: &[DVec3], normals: &[DVec3], corners: [u32; 3], corner_normals: [u32; 3]) -> bool {
+    if corner_normals[0] != corner_normals[1] || corner_normals[0] != corner_normals[2] {
+        return false;
+    }
+    let [a, b, c] = corners.map(|i| vertices[i as usize]);
+    let size = (b - a).abs().max((c - a).abs()).max_element();
+    unit(((b - a) / size).cross((c - a) / size))
+        .is_some_and(|plane| plane.cross(normals[corner_normals[0] as usize]).length() <= NORMAL_LEAN)
+}
+
+impl<'a> Reader<'a> {
+    fn new(words: Words<'a>, whole: Option<usize>, place: Transform, library: &'a mut Library) -> Reader<'a> {
+        Reader {
+            words,
+            place,
+            whole,
+            current: whole,
+            libraries: Vec::new(),
+            library,
+            vertices: Vec::new(),
+            normals: Vec::new(),
+            faces: Vec::new(),
+            corners: Vec::new(),
+        }
+    }
+
     fn statement(&mut self, keyword: Word) -> Result<(), SceneError> {
         match keyword.bytes {
             b"v" => self.vertex(keyword),
@@ -172,25 +226,17 @@ impl Reader<'_> {
             let (a, b, c) = (corners[0], corners[i], corners[i + 1]);
             let vertices = [a.0, b.0, c.0];
             let normals = match (a.1, b.1, c.1) {
-                (Some(a), Some(b), Some(c)) if !self.is_flat(vertices, [a, b, c]) => Some([a, b, c]),
+                (Some(a), Some(b), Some(c))
+                    if !is_flat(&self.vertices, &self.normals, vertices, [a, b, c]) =>
+                {
+                    Some([a, b, c])
+                }
                 _ => None,
             };
             self.faces.push(Face { vertices, normals, material });
         }
         self.corners = corners;
         Ok(())
-    }
-
-    /// True if the three normals are one that agrees with the triangle's plane up to its digits: the
-    /// plane's own normal, which is exact, then says it better.
-    fn is_flat(&self, vertices: [u32; 3], normals: [u32; 3]) -> bool {
-        if normals[0] != normals[1] || normals[0] != normals[2] {
-            return false;
-        }
-        let [a, b, c] = vertices.map(|i| self.vertices[i as usize]);
-        let size = (b - a).abs().max((c - a).abs()).max_element();
-        unit(((b - a) / size).cross((c - a) / size))
-            .is_some_and(|plane| plane.cross(self.normals[normals[0] as usize]).length() <= NORMAL_LEAN)
     }
 
     /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
@@ -318,84 +364,4 @@ fn integer(digits: &[u8]) -> Option<i64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read_with(text: &str, whole: Option<usize>, place: Transform) -> Result<Mesh, SceneError> {
-        let source = Source { file: Path::new("m.obj"), text: text.as_bytes() };
-        read(source, "mesh `m.obj`", whole, place, &mut Library::new(Vec::new()))
-    }
-
-    fn read_plain(text: &str) -> Result<Mesh, SceneError> {
-        read_with(text, Some(0), Transform::new(1.0, DVec3::ZERO, DVec3::ZERO))
-    }
-
-    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nvn 0 0.6 0.8\n";
-
-    fn faces(line: &str) -> Vec<([u32; 3], Option<[u32; 3]>)> {
-        let mesh = read_plain(&format!("{SQUARE}{line}\n")).unwrap();
-        mesh.faces.iter().map(|f| (f.vertices, f.normals)).collect()
-    }
-
-    #[test]
-    fn corners_in_every_form() {
-        for line in ["f 1 2 3", "f 1/1 2/2 3/3", "f -4 -3 -2", "f 1 2 \\\n 3", "f 1 2 3 # c", "f +1 2 3\r"] {
-            assert_eq!(faces(line), [([0, 1, 2], None)], "{line}");
-        }
-        assert_eq!(faces("f 1//1 2//2 3//1"), [([0, 1, 2], Some([0, 1, 0]))]);
-        assert_eq!(faces("f 1/1/-1 2//2 3/9/1"), [([0, 1, 2], Some([1, 1, 0]))]);
-        assert_eq!(faces("f 1 2 3 4"), [([0, 1, 2], None), ([0, 2, 3], None)]);
-    }
-
-    #[test]
-    fn redundant_normals_are_dropped_and_bent_ones_kept() {
-        assert_eq!(faces("f 1//1 2//1 3//1"), [([0, 1, 2], None)]);
-        assert_eq!(faces("f 1//2 2//2 3//2"), [([0, 1, 2], Some([1, 1, 1]))]);
-        assert!(read_plain(&format!("{SQUARE}f 1//1 2//1 3//1")).unwrap().normals.is_empty());
-    }
-
-    #[test]
-    fn weights_colours_and_groups_are_skipped() {
-        let text =
-            "o a\ng b\ns off\nv 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 0 1 0\nvt 0 0\nusemtl x\nf 1 2 3\nl 1 2\n";
-        assert_eq!(read_plain(text).unwrap().vertices, [DVec3::ZERO, DVec3::X, DVec3::Y]);
-    }
-
-    #[test]
-    fn meshes_are_put_in_place() {
-        let place = Transform::new(2.0, DVec3::new(90.0, 0.0, 0.0), DVec3::X);
-        let mesh = read_with(&format!("{SQUARE}f 1//1 2//2 3//1"), Some(0), place).unwrap();
-        assert_eq!(mesh.vertices[2], DVec3::new(3.0, 0.0, 2.0));
-        assert_eq!(mesh.normals[0], DVec3::NEG_Y);
-    }
-
-    #[test]
-    fn errors_have_places() {
-        for (text, line, column, part) in [
-            ("", 1, 1, "no faces"),
-            ("v 0 0\n", 1, 1, "`v` needs three numbers"),
-            ("v 0 x 0\n", 1, 5, "`x` is no finite number"),
-            ("v 0 inf 0\n", 1, 5, "`inf` is no finite number"),
-            ("v 0 0 1e80\n", 1, 7, "larger than 1e75"),
-            ("vn 0 0 0\n", 1, 1, "length 0"),
-            ("v 0 0 0\nf 1 1\n", 2, 1, "2 corners"),
-            ("v 0 0 0\nf 1 1 2\n", 2, 7, "vertex 2 of 1"),
-            ("v 0 0 0\nf 1 0 1\n", 2, 5, "numbers start at 1"),
-            ("v 0 0 0\nf 1 1 \\\n -2\n", 3, 2, "vertex -2 of 1"),
-            ("v 0 0 0\nf 1//1 1 1\n", 2, 3, "normal 1 of 0"),
-            ("v 0 0 0\nvn 0 0 1\nf 1//1 1 1\n", 3, 1, "only some corners"),
-            ("v 0 0 0\nf 1/ 1/x 1\n", 2, 6, "`1/x` is no corner"),
-            ("v 0 0 0\nf 1/1/1/1 1 1\n", 2, 3, "is no corner"),
-            ("cstype bezier\n", 1, 1, "free-form"),
-            ("v 0 0 0\nF 1 1 1\n", 2, 1, "unknown statement `F`; did you mean `f`?"),
-        ] {
-            let error = read_plain(text).unwrap_err();
-            assert_eq!((error.line, error.column), (line, column), "{error}");
-            assert!(error.message.contains(part), "{error}");
-        }
-        let bare = |text| read_with(text, None, Transform::new(1.0, DVec3::ZERO, DVec3::ZERO)).unwrap_err();
-        assert!(bare("v 0 0 0\nf 1 1 1").message.contains("without a material"));
-        assert_eq!(bare("\nusemtl red").column, 8);
-        assert!(bare("mtllib nowhere.mtl").message.contains("there is no file `nowhere.mtl`"));
-    }
-}
+mod tests;

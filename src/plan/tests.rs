@@ -1,0 +1,103 @@
+use super::*;
+use crate::abi::double;
+use crate::pack::pack;
+use crate::scene::{Fresnel, Scene};
+use crate::stress::shapes::{cuboid, empty, glass};
+use bytemuck::zeroed_vec;
+use glam::DVec3;
+
+/// lavapipe's.
+const LAVAPIPE: Limits = Limits {
+    storage_range: 1 << 27,
+    heap: 1 << 31,
+    workgroup_invocations: 1024,
+    texel_elements: 1 << 27,
+    shuffle_lanes: 8,
+    is_cpu: true,
+};
+
+/// The least storage range that Vulkan promises, as some phones have it, and a quarter of a gigabyte.
+const SMALL: Limits = Limits {
+    storage_range: 1 << 27,
+    heap: 1 << 28,
+    workgroup_invocations: 128,
+    texel_elements: 1 << 16,
+    shuffle_lanes: 32,
+    is_cpu: false,
+};
+
+fn scene() -> Scene {
+    let mut scene = empty(vec![glass(1.5, Fresnel::Exact)]);
+    scene.meshes = vec![cuboid(DVec3::ZERO, DVec3::ONE, 0)];
+    scene
+}
+
+/// A mesh of so many triangles with a hierarchy; its memory is never touched, and so never there.
+fn mesh(triangles: usize) -> Packed {
+    let mut packed = pack(&scene(), &Settings::of(&scene()), Some(false));
+    packed.triangles = zeroed_vec::<double::Triangle>(triangles);
+    packed.triangle_infos = zeroed_vec::<double::TriangleInfo>(triangles);
+    // As many as a mesh of 1,1 million has, in proportion.
+    packed.nodes = zeroed_vec::<double::Node>(triangles / 4);
+    packed
+}
+
+fn check(plan: &Plan, limits: &Limits) {
+    assert!(plan.bytes() <= limits.heap / 4 * 3, "{}", plan.bytes());
+    for ((name, _, buffer), bytes) in abi::BUFFERS.iter().zip(&plan.buffer_bytes) {
+        // What goes beyond the range is read as texels, and is no longer than those reach.
+        let as_texels = plan.specialisation.texels == 1
+            && KERNELS.iter().all(|k| {
+                let bit = 1 << *buffer as u32;
+                k.writes & bit == 0 && (k.reads & bit == 0 || k.texels & bit != 0)
+            })
+            && bytes / TEXEL_BYTES <= u64::from(limits.texel_elements);
+        assert!(*bytes <= limits.storage_range || as_texels, "{name}: {bytes}");
+    }
+}
+
+#[test]
+fn what_is_too_large_is_refused_with_what_fits() {
+    for limits in [LAVAPIPE, SMALL] {
+        let settings = Settings::of(&scene());
+        let plan = |triangles: usize| Plan::new(&mesh(triangles), &settings, &limits);
+        check(&plan(500_000).unwrap(), &limits);
+        for triangles in [30_000_000, 100_000_000] {
+            let message = plan(triangles).unwrap_err().to_string();
+            let (_, tail) = message.split_once("about ").expect("a number that fits");
+            let fit: usize = tail.split(' ').next().and_then(|n| n.parse().ok()).expect("a number");
+            check(&plan(fit).unwrap_or_else(|e| panic!("{fit} should fit: {e}")), &limits);
+            assert!(plan(fit + fit / 50).is_err(), "more than {fit} fit");
+        }
+    }
+}
+
+/// Where only texels are read, a buffer may pass the storage range.
+#[test]
+fn texels_reach_further_than_storage() {
+    let mut packed = mesh(1000);
+    // 134 MB of nodes alone.
+    packed.nodes = zeroed_vec(1_300_000);
+    let settings = Settings::of(&scene());
+    let plan = Plan::new(&packed, &settings, &LAVAPIPE).unwrap();
+    assert!(plan.buffer_bytes[Buf::Nodes as usize] > LAVAPIPE.storage_range);
+    check(&plan, &LAVAPIPE);
+    let without = Limits { is_cpu: false, ..LAVAPIPE };
+    let message = Plan::new(&packed, &settings, &without).unwrap_err().to_string();
+    assert!(message.contains("for `nodes`"), "{message}");
+}
+
+#[test]
+fn large_images_and_deep_paths_are_cut_to_size() {
+    for limits in [LAVAPIPE, SMALL] {
+        for (side, samples, depth) in [(8192, 64, 4), (8192, 1, 64), (300, 1024, 64), (65_535, 1 << 24, 1024)]
+        {
+            let settings = Settings { width: side, height: side, samples, depth, ..Settings::of(&scene()) };
+            let packed = pack(&scene(), &settings, None);
+            let plan = Plan::new(&packed, &settings, &limits).unwrap();
+            check(&plan, &limits);
+            assert!(plan.specialisation.branching == 1);
+            assert!(u64::from(plan.capacity) >= u64::from(plan.tile_pixels) * u64::from(plan.batch_samples));
+        }
+    }
+}
