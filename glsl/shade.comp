@@ -9,12 +9,11 @@
 #include "fetch.glsl"
 layout(local_size_x_id = 0) in;
 
-FETCHES_3(triangles)
-FETCHES_2(triangle_infos)
+FETCHES_4(triangles)
+FETCHES_1(flat_normals)
 READS(corner_normals)
-FETCHES_1(spheres)
+FETCHES_2(spheres)
 READS(wide_spheres)
-FETCHES_1(sphere_infos)
 FETCHES_2(materials)
 READS(solid_iors)
 READS(solid_priorities)
@@ -60,22 +59,21 @@ Surface strike(uint i) {
     real3 o = ray.origin, d = ray.direction;
     Point p;
     if (h.primitive < triangle_count) {
-        TriangleInfo info = load_triangle_infos(h.primitive);
         Triangle t = load_triangles(h.primitive);
-        p = triangle_point(t, info, h.u, h.v);
+        p = triangle_point(t, load_flat_normals(h.primitive).normal, h.u, h.v);
         if (smooth_normals != 0u) {
-            p.normal = smooth_normal(corner_normals[h.primitive], info.normal, p.geometric, h.u, h.v);
+            p.normal = smooth_normal(corner_normals[h.primitive], p.normal, p.geometric, h.u, h.v);
         }
-        s.material = info.material;
-        s.solid = info.solid;
+        s.material = t.material;
+        s.solid = t.solid;
     } else {
         uint j = h.primitive - triangle_count;
-        SphereInfo info = load_sphere_infos(j);
-        uint wide = info.wide;
+        Sphere sphere = load_spheres(j);
+        uint wide = sphere.wide;
         p = wide_spheres_used != 0u && wide != NONE ? wide_sphere_point(wide_spheres[wide], o, d, h.t)
-                                                    : sphere_point(load_spheres(j), o, d, h.t);
-        s.material = info.material;
-        s.solid = info.solid;
+                                                    : sphere_point(sphere, o, d, h.t);
+        s.material = sphere.material;
+        s.solid = sphere.solid;
     }
     bool behind = dot3(d, p.geometric) > 0.0;
     s.position = p.position;

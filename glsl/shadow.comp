@@ -9,11 +9,9 @@
 layout(local_size_x_id = 0) in;
 
 READS(camera)
-FETCHES_3(triangles)
-READS(triangle_infos)
-FETCHES_1(spheres)
+FETCHES_4(triangles)
+FETCHES_2(spheres)
 READS(wide_spheres)
-READS(sphere_infos)
 FETCHES_7(nodes)
 FETCHES_2(materials)
 READS(lights)

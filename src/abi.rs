@@ -143,8 +143,8 @@ host {
         origin_shift: float,
     }
 
-    /// Three corners in the local frame and the plane's normal, all that a ray's test needs, 48 bytes
-    /// (f64: 96). Written by `pack`, read by `intersect`, `shade`, `shadow`.
+    /// Three corners in the local frame and the plane's normal, all that a ray's test needs, and what the
+    /// triangle belongs to, 64 bytes (f64: 112). Written by `pack`, read by `intersect`, `shade`, `shadow`.
     struct Triangle {
         /// Corner.
         a: real3,
@@ -158,22 +158,22 @@ host {
         c: real3,
         /// Its z.
         normal_z: real,
-    }
-
-    /// What a triangle is apart from its shape, 32 bytes (f64: 48). Written by `pack`, read by `shade`.
-    struct TriangleInfo {
-        /// Unit shading normal of a flat triangle (given in the scene, or from the corners in f64).
-        normal: real3,
-        /// Unused; keeps the size a multiple of 16.
-        pad: real,
         /// Index into `materials`.
         material: uint,
         /// Solid whose surface this is, from 1; 0 = none (opaque, or a thin sheet).
         solid: uint,
-        /// Position in the scene's own order; ties in t go to the smallest.
-        id: uint,
         /// INNER_AB, INNER_CA: edges inside a polygon, where no other surface meets this one.
         inner_edges: uint,
+        /// Position in the scene's own order; ties in t go to the smallest.
+        id: uint,
+    }
+
+    /// Shading normal of a flat triangle, 16 bytes (f64: 32). Written by `pack`, read by `shade`.
+    struct FlatNormal {
+        /// Unit length; given in the scene, or from the corners in f64.
+        normal: real3,
+        /// Unused; keeps the size a multiple of 16.
+        pad: real,
     }
 
     /// Shading normals at the corners, 36 bytes; present only in scenes with smooth meshes. `a` is
@@ -187,12 +187,20 @@ host {
         c: real3,
     }
 
-    /// An analytic sphere in the local frame, 16 bytes (f64: 32).
+    /// An analytic sphere in the local frame and what it belongs to, 32 bytes (f64: 48).
     struct Sphere {
         /// Centre.
         center: real3,
         /// Radius, > 0; negative for a sphere so large or small that its numbers are in `wide_spheres`.
         radius: real,
+        /// Index into `materials`.
+        material: uint,
+        /// Solid whose surface this is, from 1; 0 = opaque.
+        solid: uint,
+        /// Index into `wide_spheres`, or NONE.
+        wide: uint,
+        /// Position in the scene's own order (after all triangles).
+        id: uint,
     }
 
     /// A very large or very small sphere, 56 bytes (f64: 112), every number as an unevaluated sum of
@@ -211,18 +219,6 @@ host {
         radius: real,
         /// What `radius` rounds away.
         radius_low: real,
-    }
-
-    /// What a sphere is apart from its shape, 16 bytes.
-    struct SphereInfo {
-        /// Index into `materials`.
-        material: uint,
-        /// Solid whose surface this is, from 1; 0 = opaque.
-        solid: uint,
-        /// Position in the scene's own order (after all triangles).
-        id: uint,
-        /// Index into `wide_spheres`, or NONE.
-        wide: uint,
     }
 
     /// Up to four children of a BVH with their boxes, 112 bytes (f64: 208). Boxes are rounded outward and
@@ -496,9 +492,9 @@ constants! {
     COUNTER_MEDIA_OVERFLOW = 4;
     /// Index into `counters`: a queue was too small; the submit's tile is void and is traced again in smaller batches.
     COUNTER_QUEUE_OVERFLOW = 5;
-    /// `TriangleInfo::inner_edges`: the edge from a to b.
+    /// `Triangle::inner_edges`: the edge from a to b.
     INNER_AB = 1;
-    /// `TriangleInfo::inner_edges`: the edge from c to a.
+    /// `Triangle::inner_edges`: the edge from c to a.
     INNER_CA = 2;
     /// Binding of a buffer's texel view = this + the buffer's own.
     TEXELS_AT = 32;
@@ -684,15 +680,13 @@ buffers! {
     /// Triangles in leaf order.
     triangles / Triangles: "Triangle";
     /// Parallel to `triangles`.
-    triangle_infos / TriangleInfos: "TriangleInfo";
+    flat_normals / FlatNormals: "FlatNormal";
     /// Parallel to `triangles`; one unused element where no mesh is smooth.
     corner_normals / CornerNormals: "CornerNormals";
     /// Spheres in leaf order.
     spheres / Spheres: "Sphere";
     /// The spheres that need two numbers each for one.
     wide_spheres / WideSpheres: "WideSphere";
-    /// Parallel to `spheres`.
-    sphere_infos / SphereInfos: "SphereInfo";
     /// BVH, root first.
     nodes / Nodes: "Node";
     /// Materials.

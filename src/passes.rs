@@ -49,7 +49,7 @@ use Buf::*;
 
 /// The buffers of the scene that closest hit and occlusion read.
 macro_rules! shapes {
-    ($($more:ident),*) => { &[Triangles, TriangleInfos, Spheres, WideSpheres, SphereInfos, Nodes, $($more),*] };
+    ($($more:ident),*) => { &[Triangles, Spheres, WideSpheres, Nodes, $($more),*] };
 }
 
 /// Once per batch, before the first depth.
@@ -74,11 +74,10 @@ pub const PER_DEPTH: &[Pass] = &[
         kernel: Kernel::Shade,
         reads: &[
             Triangles,
-            TriangleInfos,
+            FlatNormals,
             CornerNormals,
             Spheres,
             WideSpheres,
-            SphereInfos,
             Materials,
             SolidIors,
             SolidPriorities,

@@ -204,11 +204,10 @@ impl Plan {
                 let count = match buffer {
                     Buf::Camera | Buf::Queue | Buf::NextQueue => 1,
                     Buf::Triangles => packed.triangles.len() as u64,
-                    Buf::TriangleInfos => packed.triangle_infos.len() as u64,
+                    Buf::FlatNormals => packed.flat_normals.len() as u64,
                     Buf::CornerNormals => packed.corner_normals.len() as u64,
                     Buf::Spheres => packed.spheres.len() as u64,
                     Buf::WideSpheres => packed.wide_spheres.len() as u64,
-                    Buf::SphereInfos => packed.sphere_infos.len() as u64,
                     Buf::Nodes => packed.nodes.len() as u64,
                     Buf::Materials => packed.materials.len() as u64,
                     Buf::Lights => packed.lights.len() as u64,

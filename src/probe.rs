@@ -148,12 +148,8 @@ struct Ids {
 
 impl Ids {
     fn of(packed: &Packed) -> Ids {
-        let by_primitive: Vec<u32> = packed
-            .triangle_infos
-            .iter()
-            .map(|t| t.id)
-            .chain(packed.sphere_infos.iter().map(|s| s.id))
-            .collect();
+        let by_primitive: Vec<u32> =
+            packed.triangles.iter().map(|t| t.id).chain(packed.spheres.iter().map(|s| s.id)).collect();
         let by_id = by_primitive.iter().enumerate().map(|(i, id)| (*id, i as u32)).collect();
         Ids { by_primitive, by_id }
     }

@@ -57,17 +57,14 @@ float number(uint word) {
 vec3 numbers(uint x, uint y, uint z) {
     return vec3(number(x), number(y), number(z));
 }
-void unpack(uvec4 a, uvec4 b, uvec4 c, out Triangle v) {
-    v = Triangle(numbers(a.x, a.y, a.z), number(a.w), numbers(b.x, b.y, b.z), number(b.w), numbers(c.x, c.y, c.z), number(c.w));
+void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, out Triangle v) {
+    v = Triangle(numbers(a.x, a.y, a.z), number(a.w), numbers(b.x, b.y, b.z), number(b.w), numbers(c.x, c.y, c.z), number(c.w), d.x, d.y, d.z, d.w);
 }
-void unpack(uvec4 a, uvec4 b, out TriangleInfo v) {
-    v = TriangleInfo(numbers(a.x, a.y, a.z), number(a.w), b.x, b.y, b.z, b.w);
+void unpack(uvec4 a, out FlatNormal v) {
+    v = FlatNormal(numbers(a.x, a.y, a.z), number(a.w));
 }
-void unpack(uvec4 a, out Sphere v) {
-    v = Sphere(numbers(a.x, a.y, a.z), number(a.w));
-}
-void unpack(uvec4 a, out SphereInfo v) {
-    v = SphereInfo(a.x, a.y, a.z, a.w);
+void unpack(uvec4 a, uvec4 b, out Sphere v) {
+    v = Sphere(numbers(a.x, a.y, a.z), number(a.w), b.x, b.y, b.z, b.w);
 }
 void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, uvec4 e, uvec4 f, uvec4 g, out Node v) {
     v = Node(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), numbers(b.z, b.w, c.x), numbers(c.y, c.z, c.w),

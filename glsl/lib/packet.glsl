@@ -37,17 +37,17 @@ void order_bits(inout uint t0, inout uint c0, inout uint t1, inout uint c1) {
 #define IS_KEPT(k) (uint(k) * lanes <= stack_size)
 
 // The kind outside the hierarchy, one after the other.
-void test_loose(TraceRay r, bool alive, bool any, inout Hit best) {
+void test_loose(TraceRay r, bool alive, bool any, inout Best best) {
     for (uint i = 0u; i < few_triangles; i++) {
-        Pieces p = GATHER(triangles, i * 3u, 2u);
+        Pieces p = GATHER(triangles, i * 4u, 3u);
         Triangle t;
-        unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), t);
+        unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
         if (alive && !(any && best.primitive != NONE)) try_triangle(t, i, r, best);
     }
     for (uint i = 0u; i < few_spheres; i++) {
-        Pieces p = GATHER(spheres, i, 0u);
+        Pieces p = GATHER(spheres, i * 2u, 1u);
         Sphere s;
-        unpack(LOW_PIECE(p, 0u), s);
+        unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
         if (alive && !(any && best.primitive != NONE)) try_sphere(s, triangle_count + i, r, best);
     }
 }
@@ -65,7 +65,7 @@ void test_loose(TraceRay r, bool alive, bool any, inout Hit best) {
 
 // `alive`: the ray looks for hits up to best.t. Loops end in their conditions, for lavapipe runs what
 // follows a break once more for nobody; it runs both sides of a branch, and skips nothing else.
-void walk_packet(TraceRay r, bool alive, bool any, inout Hit best) {
+void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
 #define DECLARE(k) uint kept_##k = DONE;
     EACH_KEPT(DECLARE)
     uint lane = gl_SubgroupInvocationID;
@@ -117,15 +117,15 @@ void walk_packet(TraceRay r, bool alive, bool any, inout Hit best) {
             uint more = (current & ~LEAF_BIT) >> LEAF_FIRST_BITS;
             bool leaf = current != DONE;
             if (tree_triangles) {
-                Pieces p = GATHER(triangles, (leaf ? at : 0u) * 3u, 2u);
+                Pieces p = GATHER(triangles, (leaf ? at : 0u) * 4u, 3u);
                 Triangle t;
-                unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), t);
+                unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
                 if (leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count)) try_triangle(t, at, r, best);
             }
             if (tree_spheres) {
-                Pieces p = GATHER(spheres, leaf && at >= triangle_count ? at - triangle_count : 0u, 0u);
+                Pieces p = GATHER(spheres, (leaf && at >= triangle_count ? at - triangle_count : 0u) * 2u, 1u);
                 Sphere s;
-                unpack(LOW_PIECE(p, 0u), s);
+                unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
                 if (leaf && limit >= 0.0 && at >= triangle_count) try_sphere(s, at, r, best);
             }
             limit = limit >= 0.0 ? (any && best.primitive != NONE ? real(-1.0) : best.t) : limit;

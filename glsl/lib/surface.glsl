@@ -36,17 +36,17 @@ void inset(real3 e1, real3 e2, real by, uint inner_edges, inout real u, inout re
     }
 }
 
-Point triangle_point(Triangle t, TriangleInfo info, real u, real v) {
+Point triangle_point(Triangle t, real3 normal, real u, real v) {
     real3 e1 = t.b - t.a, e2 = t.c - t.a;
     Point p;
     p.geometric = real3(t.normal_x, t.normal_y, t.normal_z);
-    p.normal = info.normal;
+    p.normal = normal;
     real m1 = max_component(e1), m2 = max_component(e2), m3 = max_component(e2 - e1);
     real extent = m1 > m2 ? m1 : m2;
     extent = m3 > extent ? m3 : extent;
     real3 n = abs(p.geometric), a = abs(t.a);
     // The offset's bound along any direction, four times.
-    if (robust != 0u) inset(e1, e2, (16.0 * U) * ((a.x + a.y) + a.z) + (96.0 * U) * extent, info.inner_edges, u, v);
+    if (robust != 0u) inset(e1, e2, (16.0 * U) * ((a.x + a.y) + a.z) + (96.0 * U) * extent, t.inner_edges, u, v);
     p.position = t.a + (u * e1 + v * e2);
     real length_ = (4.0 * U) * dot3(n, a) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
     p.offset = length_ * p.geometric;

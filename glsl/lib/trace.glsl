@@ -1,6 +1,6 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
-// spheres. Needs FETCHES_3(triangles), READS(triangle_infos), FETCHES_1(spheres), READS(wide_spheres),
-// READS(sphere_infos), FETCHES_7(nodes), UPDATES(counters).
+// spheres. Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(wide_spheres), FETCHES_7(nodes),
+// UPDATES(counters).
 #include "numeric.glsl"
 #include "triangle.glsl"
 #include "sphere.glsl"
@@ -21,11 +21,13 @@ TraceRay make_trace_ray(real3 origin, real3 direction, uint skip) {
     return TraceRay(origin, direction, safe_reciprocal(direction), make_shear(direction), skip);
 }
 
-// Position in the scene's own order: ties go to the smallest, whatever the storage order.
-uint primitive_id(uint primitive) {
-    return primitive < triangle_count ? triangle_infos[primitive].id
-                                      : sphere_infos[primitive - triangle_count].id;
-}
+// The nearest hit so far, with the primitive's position in the scene's own order: ties go to the smallest,
+// whatever the storage order.
+struct Best {
+    real t, u, v;
+    uint primitive;
+    uint id;
+};
 
 // True if a hit near a triangle's plane is an artefact: t is off by some 40u over the triangle's
 // height (slivers), so that a ray which leaves a surface may seem to meet a neighbour in its plane.
@@ -43,7 +45,7 @@ bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
 // Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
 // confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
 // then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
-void take_hit(Hit h, real3 lo, real3 hi, TraceRay r, inout Hit best) {
+void take_hit(Best h, real3 lo, real3 hi, TraceRay r, inout Best best) {
     if (robust != 0u && defect != DEFECT_UNCONFINED) {
         real near, far;
         box_interval(lo, hi, r.origin, r.inverse, near, far);
@@ -52,15 +54,16 @@ void take_hit(Hit h, real3 lo, real3 hi, TraceRay r, inout Hit best) {
     }
     if (h.t > best.t) return;
     // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
-    if (h.t < best.t || (best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && primitive_id(h.primitive) < primitive_id(best.primitive))) {
+    if (h.t < best.t || (best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && h.id < best.id)) {
         best = h;
     }
 }
 
-void try_triangle(Triangle t, uint primitive, TraceRay r, inout Hit best) {
+void try_triangle(Triangle t, uint primitive, TraceRay r, inout Best best) {
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
-    Hit h;
+    Best h;
     h.primitive = primitive;
+    h.id = t.id;
     if (hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v) && primitive != skip) {
         // Only a ray that leaves a surface starts in doubt about a plane.
         if (robust != 0u && r.skip != NONE && recedes(t, geometric_normal(t), r, h.t)) return;
@@ -70,17 +73,17 @@ void try_triangle(Triangle t, uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
-void test_triangle(uint primitive, TraceRay r, inout Hit best) {
+void test_triangle(uint primitive, TraceRay r, inout Best best) {
     try_triangle(load_triangles(primitive), primitive, r, best);
 }
 
-void try_sphere(Sphere s, uint primitive, TraceRay r, inout Hit best) {
+void try_sphere(Sphere s, uint primitive, TraceRay r, inout Best best) {
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
-    Hit h = Hit(0.0, 0.0, 0.0, primitive);
+    Best h = Best(0.0, 0.0, 0.0, primitive, s.id);
     bool hit;
     if (wide_spheres_used != 0u && s.radius < 0.0) {
         s.radius = -s.radius;
-        WideSphere w = wide_spheres[sphere_infos[primitive - triangle_count].wide];
+        WideSphere w = wide_spheres[s.wide];
         hit = hit_wide_sphere(w, r.origin, r.direction, primitive == skip, h.t);
     } else {
         hit = hit_sphere(s, r.origin, r.direction, primitive == skip, h.t);
@@ -92,7 +95,7 @@ void try_sphere(Sphere s, uint primitive, TraceRay r, inout Hit best) {
     }
 }
 
-void test_sphere(uint primitive, TraceRay r, inout Hit best) {
+void test_sphere(uint primitive, TraceRay r, inout Best best) {
     try_sphere(load_spheres(primitive - triangle_count), primitive, r, best);
 }
 
@@ -127,14 +130,14 @@ uint filter_sphere(uint i, Sphere s, TraceRay r) {
 // for each of them, then the whole test for what it lets through. Outside all control flow lavapipe
 // loads an address that all lanes share once, and it runs both sides of a branch (ARCHITECTURE.md,
 // "Figures"); a GPU does not diverge.
-void walk_few(TraceRay r, bool any, inout Hit best) {
+void walk_few(TraceRay r, bool any, inout Best best) {
     uint candidates = 0u;
 #ifdef EACH_FEW
     // Row and numbers are constants: where there is no such primitive, no code is left.
 #define FILTER(i, first, second, third) \
     if (i < few_triangles) candidates |= filter_triangle(i, first, second, third, r); \
     if (i >= few_triangles && i < few_triangles + few_spheres) \
-        candidates |= filter_sphere(i - few_triangles, Sphere(first, second.x), r);
+        candidates |= filter_sphere(i - few_triangles, Sphere(first, second.x, 0u, 0u, NONE, 0u), r);
     EACH_FEW(FILTER)
 #else
     [[unroll]] for (uint i = 0u; i < few_triangles; i++) {
@@ -155,7 +158,7 @@ void walk_few(TraceRay r, bool any, inout Hit best) {
     }
 }
 
-void walk_brute(TraceRay r, bool any, inout Hit best) {
+void walk_brute(TraceRay r, bool any, inout Best best) {
     if (triangle_count + sphere_count <= UNROLL_MAX) {
         walk_few(r, any, best);
     } else {
@@ -210,7 +213,7 @@ void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
 // for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs",
 // HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes the filter, and
 // the whole test when each lane has one or is done.
-void walk_bvh(TraceRay r, bool any, inout Hit best) {
+void walk_bvh(TraceRay r, bool any, inout Best best) {
     uint stack[STACK_SIZE + 4u]; // below all DONE, above all what is written and not kept
     stack[0] = DONE;
     uint top = 1u, steps = 0u;
@@ -279,10 +282,10 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
     if (defect == DEFECT_NAN_ACCEPTED) finite = true;
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
-    Hit best = Hit(finite ? limit : real(0.0), 0.0, 0.0, NONE);
+    Best best = Best(finite ? limit : real(0.0), 0.0, 0.0, NONE, NONE);
     if (!by_tree) {
         walk_brute(r, any, best);
-        return best;
+        return Hit(best.t, best.u, best.v, best.primitive);
     }
 #ifdef PACKETS
     test_loose(r, finite && limit > 0.0, any, best);
@@ -291,5 +294,5 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
     if (few_triangles + few_spheres != 0u) walk_few(r, any, best);
     if (!(any && best.primitive != NONE)) walk_bvh(r, any, best);
 #endif
-    return best;
+    return Hit(best.t, best.u, best.v, best.primitive);
 }

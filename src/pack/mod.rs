@@ -36,15 +36,13 @@ pub struct Packed {
     /// Triangles in leaf order.
     pub triangles: Vec<double::Triangle>,
     /// Parallel to `triangles`.
-    pub triangle_infos: Vec<double::TriangleInfo>,
+    pub flat_normals: Vec<double::FlatNormal>,
     /// Parallel to `triangles`; empty unless some mesh is smooth.
     pub corner_normals: Vec<double::CornerNormals>,
     /// Spheres in leaf order.
     pub spheres: Vec<double::Sphere>,
     /// Very large and very small spheres.
     pub wide_spheres: Vec<double::WideSphere>,
-    /// Parallel to `spheres`.
-    pub sphere_infos: Vec<double::SphereInfo>,
     /// The hierarchy's nodes; one unused node for brute force.
     pub nodes: Vec<double::Node>,
     /// Triangles, spheres are outside the hierarchy.
@@ -94,7 +92,6 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
 
     let mut spheres = Vec::with_capacity(scene.spheres.len());
     let mut wide_spheres = Vec::new();
-    let mut sphere_infos = Vec::with_capacity(scene.spheres.len());
     let sphere_bounds = |s: &double::Sphere| round.sphere_box(DVec3::from_array(s.center), s.radius.abs());
     for (i, s) in scene.spheres.iter().enumerate() {
         let (center, radius) = (frame.point(s.center), frame.length(s.radius));
@@ -113,24 +110,21 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         let rounded = round.point(center);
         let is_wide =
             precision != Precision::Fast && !planted(Defect::NoWide) && !WIDE_RADII.contains(&radius);
-        let (packed, wide) = if is_wide {
+        let (radius, wide) = if is_wide {
             wide_spheres.push(wide_sphere(center, radius, round));
             // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
             // roundings of centre and radius.
             let box_radius = round.number((radius + rounded.abs().max_element()) * 2f64.powi(-20) + radius);
-            (
-                double::Sphere { center: rounded.to_array(), radius: -box_radius },
-                wide_spheres.len() as u32 - 1,
-            )
+            (-box_radius, wide_spheres.len() as u32 - 1)
         } else {
-            (double::Sphere { center: rounded.to_array(), radius: round.number(radius) }, abi::NONE)
+            (round.number(radius), abi::NONE)
         };
-        let id = flat_count + i as u32;
+        let (id, material) = (flat_count + i as u32, s.material as u32);
+        let packed = double::Sphere { center: rounded.to_array(), radius, material, solid, wide, id };
         let (prim, same) = Prim::of(id, &sphere_bounds(&packed), true);
         exact &= same;
         prims.push(prim);
         spheres.push(packed);
-        sphere_infos.push(double::SphereInfo { material: s.material as u32, solid, id, wide });
     }
 
     // A few of one kind beside many of the other: the walk then has code for one kind only.
@@ -155,7 +149,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         bvh::build_prims(prims, &wanted, if exact { None } else { Some(&bounds) })
     };
     let (triangle_order, sphere_order) = bvh.order.split_at(count);
-    let (packed_triangles, triangle_infos) = triangles.packed(triangle_order);
+    let (packed_triangles, flat_normals) = triangles.packed(triangle_order);
     let (media_capacity, mut eye_media) = media(&solids);
     let eye_in = solids.iter().filter(|s| s.contains_eye).count();
     if planted(Defect::EyeInAir) {
@@ -165,11 +159,10 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     Packed {
         frame,
         triangles: packed_triangles,
-        triangle_infos,
+        flat_normals,
         corner_normals: triangles.corner_normals(triangle_order),
         spheres: sphere_order.iter().map(|id| spheres[of_sphere(*id)]).collect(),
         wide_spheres,
-        sphere_infos: sphere_order.iter().map(|id| sphere_infos[of_sphere(*id)]).collect(),
         nodes: bvh.nodes,
         loose: loose.map(|l| l && !brute),
         bvh_depth: bvh.depth,

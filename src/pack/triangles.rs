@@ -203,9 +203,9 @@ impl<'a> Triangles<'a> {
         Kept { prims, degenerate, exact: exact.into_inner() }
     }
 
-    /// The triangles numbered `order` as the kernels want them, with what they are apart from their shape.
-    pub fn packed(&self, order: &[u32]) -> (Vec<double::Triangle>, Vec<double::TriangleInfo>) {
-        let (mut triangles, mut infos) = (Vec::new(), Vec::new());
+    /// The triangles numbered `order` as the kernels want them, with their shading normals.
+    pub fn packed(&self, order: &[u32]) -> (Vec<double::Triangle>, Vec<double::FlatNormal>) {
+        let (mut triangles, mut normals) = (Vec::new(), Vec::new());
         let one = |id: &u32| {
             let t = self.get(*id);
             let corners = t.corners.map(|c| self.round.point(c));
@@ -213,18 +213,23 @@ impl<'a> Triangles<'a> {
             let normal = t.normal.map_or(geometric, |n| if n.dot(geometric) < 0.0 { -n } else { n });
             let [a, b, c] = corners.map(|c| c.to_array());
             let [normal_x, normal_y, normal_z] = geometric.to_array();
-            let info = double::TriangleInfo {
-                normal: normal.to_array(),
-                pad: 0.0,
-                material: t.material as u32,
-                solid: t.solid,
+            let (material, solid, inner_edges) = (t.material as u32, t.solid, t.inner_edges);
+            let triangle = double::Triangle {
+                a,
+                normal_x,
+                b,
+                normal_y,
+                c,
+                normal_z,
+                material,
+                solid,
+                inner_edges,
                 id: *id,
-                inner_edges: t.inner_edges,
             };
-            (double::Triangle { a, normal_x, b, normal_y, c, normal_z }, info)
+            (triangle, double::FlatNormal { normal: normal.to_array(), pad: 0.0 })
         };
-        order.par_iter().map(one).unzip_into_vecs(&mut triangles, &mut infos);
-        (triangles, infos)
+        order.par_iter().map(one).unzip_into_vecs(&mut triangles, &mut normals);
+        (triangles, normals)
     }
 
     /// Their corner normals, if any triangle has some; zero for the flat ones.

@@ -36,7 +36,7 @@ fn scene() -> Scene {
 fn mesh(triangles: usize) -> Packed {
     let mut packed = pack(&scene(), &Settings::of(&scene()), Some(false));
     packed.triangles = zeroed_vec::<double::Triangle>(triangles);
-    packed.triangle_infos = zeroed_vec::<double::TriangleInfo>(triangles);
+    packed.flat_normals = zeroed_vec::<double::FlatNormal>(triangles);
     // As many as a mesh of 1,1 million has, in proportion.
     packed.nodes = zeroed_vec::<double::Node>(triangles / 4);
     packed

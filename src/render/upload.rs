@@ -72,16 +72,15 @@ pub(super) fn uploads<'a>(
     packed: &'a Packed,
     camera: &'a [abi::double::Camera; 1],
     precision: Precision,
-) -> [Upload<'a>; 13] {
+) -> [Upload<'a>; 12] {
     let double = precision == Precision::Double;
     [
         Upload::new::<_, abi::single::Camera>(Buf::Camera, camera.as_slice(), double),
         Upload::new::<_, abi::single::Triangle>(Buf::Triangles, &packed.triangles, double),
-        Upload::new::<_, abi::single::TriangleInfo>(Buf::TriangleInfos, &packed.triangle_infos, double),
+        Upload::new::<_, abi::single::FlatNormal>(Buf::FlatNormals, &packed.flat_normals, double),
         Upload::new::<_, abi::single::CornerNormals>(Buf::CornerNormals, &packed.corner_normals, double),
         Upload::new::<_, abi::single::Sphere>(Buf::Spheres, &packed.spheres, double),
         Upload::new::<_, abi::single::WideSphere>(Buf::WideSpheres, &packed.wide_spheres, double),
-        Upload::new::<_, abi::single::SphereInfo>(Buf::SphereInfos, &packed.sphere_infos, double),
         Upload::new::<_, abi::single::Node>(Buf::Nodes, &packed.nodes, double),
         Upload::new::<_, abi::single::Material>(Buf::Materials, &packed.materials, double),
         Upload::new::<_, abi::single::Light>(Buf::Lights, &packed.lights, double),

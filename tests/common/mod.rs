@@ -246,10 +246,10 @@ pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Ve
 /// A primitive's number in the scene's own order.
 pub fn original(packed: &Packed, primitive: u32) -> Option<u32> {
     let at = primitive as usize;
-    match packed.triangle_infos.get(at) {
+    match packed.triangles.get(at) {
         _ if primitive == NONE => None,
-        Some(info) => Some(info.id),
-        None => Some(packed.sphere_infos[at - packed.triangles.len()].id),
+        Some(triangle) => Some(triangle.id),
+        None => Some(packed.spheres[at - packed.triangles.len()].id),
     }
 }
 

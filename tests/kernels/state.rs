@@ -293,7 +293,15 @@ fn spicy(rng: &mut Rng) -> [f32; 3] {
 fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Triangle {
     let [x, y, z] = [a, b, c].map(|v| v.as_dvec3());
     let n = (y - x).cross(z - x).normalize_or(DVec3::Z).as_vec3();
-    Triangle { a: a.into(), normal_x: n.x, b: b.into(), normal_y: n.y, c: c.into(), normal_z: n.z }
+    Triangle {
+        a: a.into(),
+        normal_x: n.x,
+        b: b.into(),
+        normal_y: n.y,
+        c: c.into(),
+        normal_z: n.z,
+        ..Triangle::default()
+    }
 }
 
 /// Triangles and spheres of many sizes, some sharing edges, some in the coordinate planes.
@@ -321,7 +329,11 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     }
     triangles.truncate(v.triangles as usize);
     let spheres: Vec<Sphere> = (0..v.spheres)
-        .map(|_| Sphere { center: rng.vector(), radius: rng.pick(&[0.2, 0.5, 1e-4, 30.0, 1e4]) })
+        .map(|_| Sphere {
+            center: rng.vector(),
+            radius: rng.pick(&[0.2, 0.5, 1e-4, 30.0, 1e4]),
+            ..Sphere::default()
+        })
         .collect();
     let bounds = |(lo, hi): (Vec3, Vec3)| Bounds { lo: lo.as_dvec3(), hi: hi.as_dvec3() };
     let items: Vec<Item> = triangles
@@ -342,22 +354,17 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     let (of_triangles, of_spheres) = order.split_at(triangles.len());
     m.triangles = of_triangles.iter().map(|i| triangles[*i as usize]).collect();
     m.spheres = of_spheres.iter().map(|i| spheres[*i as usize - triangles.len()]).collect();
-    m.triangle_infos = of_triangles
-        .iter()
-        .zip(&m.triangles)
-        .map(|(id, t)| {
-            let normal = [t.normal_x, t.normal_y, t.normal_z];
-            let (material, solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
-            TriangleInfo { normal, pad: 0.0, material, solid, id: *id, inner_edges: *id % 4 }
-        })
+    for (id, t) in of_triangles.iter().zip(&mut m.triangles) {
+        (t.material, t.solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
+        (t.id, t.inner_edges) = (*id, *id % 4);
+    }
+    m.flat_normals = (m.triangles.iter())
+        .map(|t| FlatNormal { normal: [t.normal_x, t.normal_y, t.normal_z], pad: 0.0 })
         .collect();
-    m.sphere_infos = of_spheres
-        .iter()
-        .map(|id| {
-            let (material, solid) = (rng.below(MATERIALS), 1 + rng.below(SOLIDS));
-            SphereInfo { material, solid, id: *id, wide: NONE }
-        })
-        .collect();
+    for (id, s) in of_spheres.iter().zip(&mut m.spheres) {
+        (s.material, s.solid) = (rng.below(MATERIALS), 1 + rng.below(SOLIDS));
+        (s.id, s.wide) = (*id, NONE);
+    }
     // Every second sphere in double length, large or small, with its box as the stand-in.
     let count = if v.wide { m.spheres.len() / 2 } else { 0 };
     m.wide_spheres = (0..count)
@@ -366,8 +373,9 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
             let normal = Vec3::from(rng.direction());
             let point = Vec3::from(rng.vector());
             let center = point - radius * normal;
-            m.spheres[i] = Sphere { center: center.into(), radius: -radius * 1.000_001 - 1e-6 };
-            m.sphere_infos[i].wide = i as u32;
+            let stand_in =
+                Sphere { center: center.into(), radius: -radius * 1.000_001 - 1e-6, ..m.spheres[i] };
+            m.spheres[i] = Sphere { wide: i as u32, ..stand_in };
             let low = |v: Vec3, rng: &mut Rng| (3e-8 * v * Vec3::from(rng.vector())).to_array();
             WideSphere {
                 point: point.into(),
@@ -383,13 +391,13 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         m.wide_spheres = vec![WideSphere::default()];
     }
     m.corner_normals = m
-        .triangle_infos
+        .triangles
         .iter()
-        .map(|info| {
-            let n = Vec3::from(info.normal);
+        .map(|t| {
+            let n = Vec3::new(t.normal_x, t.normal_y, t.normal_z);
             let mut lean = || (n + 0.7 * Vec3::from(rng.vector())).normalize_or(n).to_array();
             let (a, b, c) = (lean(), lean(), lean());
-            match info.id % 4 {
+            match t.id % 4 {
                 0 => CornerNormals::default(),
                 1 => CornerNormals { a, b: a.map(|x| -x), c },
                 _ => CornerNormals { a, b, c },
@@ -400,10 +408,10 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
 
 /// A sphere with its radius, also where that is written in double length.
 fn real_sphere(m: &Memory, at: u32) -> Sphere {
-    match m.wide_spheres.get(m.sphere_infos[at as usize].wide as usize) {
+    match m.wide_spheres.get(m.spheres[at as usize].wide as usize) {
         Some(w) => {
             let center = Vec3::from(w.point) - w.radius * Vec3::from(w.normal);
-            Sphere { center: center.into(), radius: w.radius }
+            Sphere { center: center.into(), radius: w.radius, ..m.spheres[at as usize] }
         }
         None => m.spheres[at as usize],
     }

@@ -2,24 +2,22 @@
 
 use super::lib::trace::{Shapes, make_trace_ray};
 use super::real::FAR;
-use super::structs::{Hit, Node, Queue, Ray, Sphere, SphereInfo, Triangle, TriangleInfo, WideSphere};
+use super::structs::{Hit, Node, Queue, Ray, Sphere, Triangle, WideSphere};
 use crate::abi::Specialisation;
 
 /// Closest hit of every ray in the queue.
 pub fn intersect(
     spec: &Specialisation,
     triangles: &[Triangle],
-    triangle_infos: &[TriangleInfo],
     spheres: &[Sphere],
     wide_spheres: &[WideSphere],
-    sphere_infos: &[SphereInfo],
     nodes: &[Node],
     rays: &[Ray],
     queue: &[Queue],
     hits: &mut [Hit],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, triangle_infos, spheres, wide_spheres, sphere_infos, nodes };
+    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
     for i in 0..queue[0].count as usize {
         let r = make_trace_ray(rays[i].origin.into(), rays[i].direction.into(), rays[i].skip);
         hits[i] = shapes.closest_hit(&r, FAR, false, counters);

@@ -2,8 +2,8 @@
 
 use super::real::Real;
 use super::structs::{
-    Camera, CornerNormals, DepthCount, Film, Hit, Light, Mark, Material, Node, Path, Push, Queue, Ray,
-    Sphere, SphereInfo, Surface, Triangle, TriangleInfo, WideSphere,
+    Camera, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node, Path, Push, Queue,
+    Ray, Sphere, Surface, Triangle, WideSphere,
 };
 use super::{PRECISION, from_host};
 use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
@@ -35,11 +35,10 @@ macro_rules! memory {
 memory! {
     camera / Camera: Camera;
     triangles / Triangles: Triangle;
-    triangle_infos / TriangleInfos: TriangleInfo;
+    flat_normals / FlatNormals: FlatNormal;
     corner_normals / CornerNormals: CornerNormals;
     spheres / Spheres: Sphere;
     wide_spheres / WideSpheres: WideSphere;
-    sphere_infos / SphereInfos: SphereInfo;
     nodes / Nodes: Node;
     materials / Materials: Material;
     lights / Lights: Light;
@@ -74,11 +73,10 @@ impl Memory {
         let mut memory = Memory::of_lengths(|b| (bytes[b as usize] / element(b)) as usize);
         memory.camera = from_host(std::slice::from_ref(camera));
         memory.triangles = from_host(&packed.triangles);
-        memory.triangle_infos = from_host(&packed.triangle_infos);
+        memory.flat_normals = from_host(&packed.flat_normals);
         memory.corner_normals = from_host(&packed.corner_normals);
         memory.spheres = from_host(&packed.spheres);
         memory.wide_spheres = from_host(&packed.wide_spheres);
-        memory.sphere_infos = from_host(&packed.sphere_infos);
         memory.nodes = from_host(&packed.nodes);
         memory.materials = from_host(&packed.materials);
         memory.lights = from_host(&packed.lights);
@@ -113,10 +111,8 @@ impl Memory {
             Kernel::Intersect => intersect::intersect(
                 spec,
                 &m.triangles,
-                &m.triangle_infos,
                 &m.spheres,
                 &m.wide_spheres,
-                &m.sphere_infos,
                 &m.nodes,
                 &m.rays,
                 &m.queue,
@@ -127,11 +123,10 @@ impl Memory {
                 spec,
                 push,
                 &m.triangles,
-                &m.triangle_infos,
+                &m.flat_normals,
                 &m.corner_normals,
                 &m.spheres,
                 &m.wide_spheres,
-                &m.sphere_infos,
                 &m.materials,
                 &m.solid_iors,
                 &m.solid_priorities,
@@ -172,10 +167,8 @@ impl Memory {
                 push,
                 &m.camera,
                 &m.triangles,
-                &m.triangle_infos,
                 &m.spheres,
                 &m.wide_spheres,
-                &m.sphere_infos,
                 &m.nodes,
                 &m.materials,
                 &m.lights,

@@ -6,8 +6,7 @@ use super::lib::numeric::dot3;
 use super::lib::surface::{smooth_normal, sphere_point, triangle_point, wide_sphere_point};
 use super::real::{Real, Real3, float, real};
 use super::structs::{
-    CornerNormals, Hit, Material, Path, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
-    TriangleInfo, WideSphere,
+    CornerNormals, FlatNormal, Hit, Material, Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
 };
 use crate::abi::{
     CHILD_REFLECTED, CHILD_REFRACTED, CUT_ONE, FRESNEL_CONSTANT, LEAVES, NONE, PASSES, PREFIX_SHIFT,
@@ -23,11 +22,10 @@ struct Scene<'a> {
     spec: &'a Specialisation,
     push: &'a Push,
     triangles: &'a [Triangle],
-    triangle_infos: &'a [TriangleInfo],
+    flat_normals: &'a [FlatNormal],
     corner_normals: &'a [CornerNormals],
     spheres: &'a [Sphere],
     wide_spheres: &'a [WideSphere],
-    sphere_infos: &'a [SphereInfo],
     materials: &'a [Material],
     solid_iors: &'a [f32],
     solid_priorities: &'a [i32],
@@ -43,22 +41,21 @@ impl Scene<'_> {
         let mut p;
         if h.primitive < self.spec.triangle_count {
             let at = h.primitive as usize;
-            let info = &self.triangle_infos[at];
-            p = triangle_point(&self.triangles[at], info, h.u, h.v, self.spec.robust != 0);
+            let (t, flat) = (&self.triangles[at], self.flat_normals[at].normal.into());
+            p = triangle_point(t, flat, h.u, h.v, self.spec.robust != 0);
             if self.spec.smooth_normals != 0 {
-                let flat = info.normal.into();
                 p.normal = smooth_normal(&self.corner_normals[at], flat, p.geometric, h.u, h.v);
             }
-            (s.material, s.solid) = (info.material, info.solid);
+            (s.material, s.solid) = (t.material, t.solid);
         } else {
             let at = (h.primitive - self.spec.triangle_count) as usize;
-            let info = &self.sphere_infos[at];
-            p = if self.spec.wide_spheres_used != 0 && info.wide != NONE {
-                wide_sphere_point(&self.wide_spheres[info.wide as usize], o, d, h.t)
+            let sphere = &self.spheres[at];
+            p = if self.spec.wide_spheres_used != 0 && sphere.wide != NONE {
+                wide_sphere_point(&self.wide_spheres[sphere.wide as usize], o, d, h.t)
             } else {
-                sphere_point(&self.spheres[at], o, d, h.t)
+                sphere_point(sphere, o, d, h.t)
             };
-            (s.material, s.solid) = (info.material, info.solid);
+            (s.material, s.solid) = (sphere.material, sphere.solid);
         }
         let behind = dot3(d, p.geometric) > 0.0;
         let toward = |v: Real3| if behind { -v } else { v };
@@ -130,11 +127,10 @@ pub fn shade(
     spec: &Specialisation,
     push: &Push,
     triangles: &[Triangle],
-    triangle_infos: &[TriangleInfo],
+    flat_normals: &[FlatNormal],
     corner_normals: &[CornerNormals],
     spheres: &[Sphere],
     wide_spheres: &[WideSphere],
-    sphere_infos: &[SphereInfo],
     materials: &[Material],
     solid_iors: &[f32],
     solid_priorities: &[i32],
@@ -150,11 +146,10 @@ pub fn shade(
         spec,
         push,
         triangles,
-        triangle_infos,
+        flat_normals,
         corner_normals,
         spheres,
         wide_spheres,
-        sphere_infos,
         materials,
         solid_iors,
         solid_priorities,

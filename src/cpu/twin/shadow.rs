@@ -5,8 +5,7 @@ use super::lib::surface::spawn_origin;
 use super::lib::trace::{Shapes, make_trace_ray};
 use super::real::{Real, Real3, U, Vec3, float};
 use super::structs::{
-    Camera, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, SphereInfo, Surface, Triangle,
-    TriangleInfo, WideSphere,
+    Camera, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
 };
 use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, Specialisation};
 use crate::sampler::pcg4d;
@@ -56,10 +55,8 @@ pub fn shadow(
     push: &Push,
     camera: &[Camera],
     triangles: &[Triangle],
-    triangle_infos: &[TriangleInfo],
     spheres: &[Sphere],
     wide_spheres: &[WideSphere],
-    sphere_infos: &[SphereInfo],
     nodes: &[Node],
     materials: &[Material],
     lights: &[Light],
@@ -72,7 +69,7 @@ pub fn shadow(
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, triangle_infos, spheres, wide_spheres, sphere_infos, nodes };
+    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
     let lights = &lights[push.light_begin as usize..push.light_end as usize];
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     for i in 0..queue[0].count as usize {

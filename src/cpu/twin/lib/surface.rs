@@ -1,7 +1,7 @@
 //! Twin of `glsl/lib/surface.glsl`.
 
 use super::super::real::{Real, Real3, U, real};
-use super::super::structs::{CornerNormals, Sphere, Triangle, TriangleInfo, WideSphere};
+use super::super::structs::{CornerNormals, Sphere, Triangle, WideSphere};
 use super::numeric::{cross3, dot3, max_component, safe_normalize};
 use crate::abi::{INNER_AB, INNER_CA};
 
@@ -43,7 +43,7 @@ fn inset(e1: Real3, e2: Real3, by: Real, inner_edges: u32, (mut u, mut v): (Real
 }
 
 /// The point with weights u of b and v of c. `robust`: kept off the edges.
-pub fn triangle_point(t: &Triangle, info: &TriangleInfo, u: Real, v: Real, robust: bool) -> Point {
+pub fn triangle_point(t: &Triangle, normal: Real3, u: Real, v: Real, robust: bool) -> Point {
     let a = Real3::from(t.a);
     let (e1, e2) = (Real3::from(t.b) - a, Real3::from(t.c) - a);
     let geometric = Real3::new(t.normal_x, t.normal_y, t.normal_z);
@@ -52,14 +52,9 @@ pub fn triangle_point(t: &Triangle, info: &TriangleInfo, u: Real, v: Real, robus
     let extent = if m3 > extent { m3 } else { extent };
     let (n, at) = (geometric.abs(), a.abs());
     let by = (16.0 * U) * ((at.x + at.y) + at.z) + (96.0 * U) * extent;
-    let (u, v) = if robust { inset(e1, e2, by, info.inner_edges, (u, v)) } else { (u, v) };
+    let (u, v) = if robust { inset(e1, e2, by, t.inner_edges, (u, v)) } else { (u, v) };
     let length = (4.0 * U) * dot3(n, at) + (12.0 * U) * extent * ((n.x + n.y) + n.z);
-    Point {
-        position: a + (u * e1 + v * e2),
-        geometric,
-        normal: info.normal.into(),
-        offset: length * geometric,
-    }
+    Point { position: a + (u * e1 + v * e2), geometric, normal, offset: length * geometric }
 }
 
 /// Interpolated normal, on the geometric side; `flat_normal` where the corners' cancel.

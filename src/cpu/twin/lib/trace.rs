@@ -1,7 +1,7 @@
 //! Twin of `glsl/lib/trace.glsl`.
 
 use super::super::real::{Real, Real3, U, is_not_finite};
-use super::super::structs::{Hit, Node, Sphere, SphereInfo, Triangle, TriangleInfo, WideSphere};
+use super::super::structs::{Hit, Node, Sphere, Triangle, WideSphere};
 use super::r#box::{SLAB_GROW, box_interval, enter_box, safe_reciprocal, sphere_box, triangle_box};
 use super::numeric::{dot3, max_component};
 use super::sphere::{hit_sphere, hit_wide_sphere};
@@ -19,13 +19,9 @@ pub struct Shapes<'a> {
     /// Binding of this name.
     pub triangles: &'a [Triangle],
     /// Binding of this name.
-    pub triangle_infos: &'a [TriangleInfo],
-    /// Binding of this name.
     pub spheres: &'a [Sphere],
     /// Binding of this name.
     pub wide_spheres: &'a [WideSphere],
-    /// Binding of this name.
-    pub sphere_infos: &'a [SphereInfo],
     /// Binding of this name.
     pub nodes: &'a [Node],
 }
@@ -61,9 +57,9 @@ impl Shapes<'_> {
     fn primitive_id(&self, primitive: u32) -> u32 {
         let count = self.spec.triangle_count;
         if primitive < count {
-            self.triangle_infos[primitive as usize].id
+            self.triangles[primitive as usize].id
         } else {
-            self.sphere_infos[(primitive - count) as usize].id
+            self.spheres[(primitive - count) as usize].id
         }
     }
 
@@ -109,7 +105,7 @@ impl Shapes<'_> {
         let own = primitive == r.skip;
         let (hit, t) = if self.spec.wide_spheres_used != 0 && s.radius < 0.0 {
             s.radius = -s.radius;
-            let w = &self.wide_spheres[self.sphere_infos[at].wide as usize];
+            let w = &self.wide_spheres[s.wide as usize];
             hit_wide_sphere(w, r.origin, r.direction, own)
         } else {
             hit_sphere(&s, r.origin, r.direction, own)
