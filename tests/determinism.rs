@@ -11,8 +11,8 @@ use std::process::Command;
 use whitted::image::linear_sha256;
 use whitted::render::Rendered;
 use whitted::report::Report;
-use whitted::scene::Scene;
-use whitted::settings::{Schedule, Settings};
+use whitted::scene::{Scene, Sphere};
+use whitted::settings::{Hierarchy, Schedule, Settings};
 
 /// Scenes that between them have every feature.
 fn subjects() -> Vec<(String, Scene)> {
@@ -61,6 +61,29 @@ fn tiles_batches_and_groups_change_no_bit() {
             expected,
             "{name}: the seed changes nothing"
         );
+    }
+}
+
+/// Every way of building a hierarchy, and none at all, over overlapping spheres and a mesh.
+#[test]
+fn hierarchies_change_no_bit() {
+    let (_, mut scene) = subjects().into_iter().find(|(name, _)| name == "cornell_glass").unwrap();
+    let of = scene.spheres[0];
+    for i in 0..300 {
+        let at = f64::from(i) * 2.4;
+        let center = of.center + glam::DVec3::new(at.cos(), (at * 0.37).sin(), at.sin()) * (at / 200.0);
+        scene.spheres.push(Sphere { center, radius: of.radius * 0.1, ..of });
+    }
+    let settings = small(&scene, 60, 2, 5);
+    let mut renderer = renderer();
+    let mut with = |hierarchy, brute_force| {
+        renderer.force_brute_force(brute_force);
+        let schedule = Schedule { hierarchy, ..Schedule::default() };
+        hash(&render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() }))
+    };
+    let expected = with(Hierarchy::Balanced, Some(true));
+    for hierarchy in Hierarchy::ALL {
+        assert_eq!(with(hierarchy, Some(false)), expected, "{}", hierarchy.name());
     }
 }
 

@@ -187,7 +187,8 @@ fn decode(bytes: &[u8], items: usize) -> Option<Bvh> {
             return (at + 1..nodes).contains(&(link as usize));
         }
         let first = (link & ((1 << LEAF_FIRST_BITS) - 1)) as usize;
-        first + ((link & !LEAF_BIT) >> LEAF_FIRST_BITS) as usize + 1 <= items
+        let last = first + ((link & !LEAF_BIT) >> LEAF_FIRST_BITS) as usize;
+        last < items
     };
     let whole =
         bvh.nodes.par_iter().enumerate().all(|(at, n)| n.children().all(|(link, ..)| sound(link, at)));

@@ -10,12 +10,15 @@ use rayon::prelude::*;
 /// Elements that one thread makes at a time.
 const CHUNK: usize = 1 << 13;
 
+/// Writes whole elements from one on, by its number.
+type Make<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
+
 /// What goes to one buffer. Its bytes are made where they are wanted: the numbers of a large scene are not
 /// held a second time.
 pub(super) struct Upload<'a> {
     pub(super) buffer: Buf,
     pub(super) shape: Made,
-    make: Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>,
+    make: Make<'a>,
 }
 
 impl<'a> Upload<'a> {

@@ -78,7 +78,7 @@ fn pieces(text: &[u8], size: usize) -> Vec<(usize, usize)> {
     let (mut found, mut start) = (Vec::new(), 0);
     while start < text.len() {
         let mut end = (start + size).min(text.len());
-        while end < text.len() && !(text[end - 1] == b'\n' && !is_continued(&text[..end - 1])) {
+        while end < text.len() && (text[end - 1] != b'\n' || is_continued(&text[..end - 1])) {
             end += 1;
         }
         found.push((start, end));
@@ -316,7 +316,7 @@ impl<'a> Cursor<'a> {
         for x in &mut v {
             self.blanks();
             *x = self.number()?;
-            if !(x.abs() <= MAX_LENGTH) {
+            if !x.is_finite() || x.abs() > MAX_LENGTH {
                 return None;
             }
         }
