@@ -3,8 +3,11 @@
 use crate::abi::{self, double};
 use crate::bvh::{self, Bvh, Item};
 use crate::defect::Defect;
+use crate::found::{self, Found};
 use crate::frame::{Bounds, LocalFrame};
+use crate::general::Feature;
 use crate::inside;
+use crate::reach::Reach;
 use crate::scene::{Fresnel, Scene};
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
@@ -59,9 +62,11 @@ pub struct Packed {
     pub eye_media: Vec<u32>,
     /// Solids the eye is in beyond those.
     pub eye_media_dropped: u64,
-    /// Some surface mirrors.
-    pub mirror: bool,
-    /// Some hit spawns two rays.
+    /// What the scene has, stand-ins apart.
+    pub found: Found,
+    /// How deep its light can travel.
+    pub reach: Reach,
+    /// Some hit spawns two rays, or that is switched on.
     pub branching: bool,
     /// Triangles without area, dropped.
     pub degenerate_triangles: u64,
@@ -89,6 +94,7 @@ struct FlatTriangle {
 pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Packed {
     let precision = settings.precision;
     let planted = |d: Defect| settings.planted == Some(d);
+    let on = |f: Feature| settings.schedule.general.has(f);
     let mut frame = LocalFrame::of(scene);
     if planted(Defect::WorldFrame) {
         frame = LocalFrame::world(&frame);
@@ -103,7 +109,8 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let mut infos = Vec::with_capacity(flat.len());
     let mut smooth = Vec::new();
     let mut items = Vec::with_capacity(flat.len() + scene.spheres.len());
-    let any_smooth = flat.iter().any(|t| t.smooth.is_some());
+    let found_smooth = flat.iter().any(|t| t.smooth.is_some());
+    let any_smooth = found_smooth || on(Feature::SmoothNormals);
     let mut degenerate_triangles = 0;
     let mut piles = Piles::default();
     for (id, t) in flat.iter().enumerate() {
@@ -137,6 +144,15 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         }
         let bounds = corners.iter().fold(Bounds::EMPTY, |b, c| b.with(*c));
         items.push(Item { bounds: round.padded(bounds.lo, bounds.hi), is_sphere: false });
+    }
+    let mut found = Found { triangles: triangles.len() as u64, ..Found::default() };
+    if triangles.is_empty() && on(Feature::Triangles) {
+        let (shape, info, corners) = found::triangle(flat_count + scene.spheres.len() as u32);
+        let bounds = corners.iter().fold(Bounds::EMPTY, |b, c| b.with(*c));
+        items.push(Item { bounds: round.padded(bounds.lo, bounds.hi), is_sphere: false });
+        triangles.push(shape);
+        infos.push(info);
+        smooth.extend(any_smooth.then(double::CornerNormals::default));
     }
     let mut spheres = Vec::with_capacity(scene.spheres.len());
     let mut wide_spheres = Vec::new();
@@ -180,10 +196,31 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         items.push(Item { bounds: round.sphere_box(rounded, packed.radius.abs()), is_sphere: true });
     }
 
+    found = Found {
+        spheres: spheres.len() as u64,
+        wide_spheres: wide_spheres.len() as u64,
+        smooth_normals: found_smooth,
+        lights: scene.lights.len() as u64,
+        solids: solids.len() as u64,
+        ..found
+    };
+    if spheres.is_empty() && (on(Feature::Spheres) || on(Feature::WideSpheres)) {
+        let (shape, info) = found::sphere(flat_count + 1);
+        items.push(Item {
+            bounds: round.sphere_box(DVec3::from_array(shape.center), shape.radius),
+            is_sphere: true,
+        });
+        spheres.push(shape);
+        sphere_infos.push(info);
+    }
+
     // A few of one kind beside many of the other: the walk then has code for one kind only.
-    let few = |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX;
+    let few = |count: usize, others: usize| {
+        count <= LOOSE_MAX && others > LOOSE_MAX && !on(Feature::MixedLeaves)
+    };
     let loose = [few(triangles.len(), spheres.len()), few(spheres.len(), triangles.len())];
-    let brute = brute_force.unwrap_or(items.len() <= BRUTE_FORCE_MAX);
+    let brute = brute_force
+        .unwrap_or(found.primitives() <= BRUTE_FORCE_MAX as u64 && !on(Feature::Hierarchy));
     let bvh = if brute {
         Bvh {
             nodes: vec![double::Node::default()],
@@ -198,12 +235,26 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let (tri_order, sphere_order) = bvh.order.split_at(count);
     let pick = |i: &u32| *i as usize;
     let pick_sphere = |i: &u32| *i as usize - count;
-    let (media_capacity, mut eye_media) = media(&solids);
+    let (at_once, mut eye_media) = media(&solids);
+    let least = if on(Feature::NestedMedia) { 2 } else { u32::from(on(Feature::Refraction)) };
+    let media_capacity = at_once.max(least);
+    eye_media.resize(media_capacity as usize, 0);
     let eye_in = solids.iter().filter(|s| s.contains_eye).count();
     if planted(Defect::EyeInAir) {
         eye_media.fill(0);
     }
     let used = used_materials(scene);
+    let branching = used.iter().any(|m| branches(m));
+    let mirrors = used.iter().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
+    found = Found { mirrors, solids_at_once: at_once, branching, ..found };
+    let reach = match on(Feature::Secondary) {
+        true => Reach::unlimited(branching),
+        false => Reach::new(used.iter().copied(), at_once > 1, branching),
+    };
+    let mut lights: Vec<double::Light> = scene.lights.iter().map(|l| light(l, &frame)).collect();
+    while on(Feature::Lights) && lights.len() < 2 {
+        lights.push(found::light(lights.first()));
+    }
     Packed {
         frame,
         triangles: tri_order.iter().map(|i| triangles[pick(i)]).collect(),
@@ -220,14 +271,15 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         loose: loose.map(|l| l && !brute),
         bvh_depth: bvh.depth,
         materials: scene.materials.iter().map(material).collect(),
-        lights: scene.lights.iter().map(|l| light(l, &frame)).collect(),
+        lights,
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
         eye_media,
         eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
-        mirror: used.iter().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0)),
-        branching: used.iter().any(|m| branches(m)),
+        found,
+        reach,
+        branching: branching || on(Feature::Branching),
         degenerate_triangles,
     }
 }
@@ -478,16 +530,16 @@ impl Packed {
     /// What the scene requires, in plain words.
     pub fn features(&self) -> Vec<&'static str> {
         [
-            ("triangles", !self.triangles.is_empty()),
-            ("smooth normals", !self.corner_normals.is_empty()),
-            ("spheres", !self.spheres.is_empty()),
-            ("spheres beyond single precision", !self.wide_spheres.is_empty()),
+            ("triangles", self.found.triangles > 0),
+            ("smooth normals", self.found.smooth_normals),
+            ("spheres", self.found.spheres > 0),
+            ("spheres beyond single precision", self.found.wide_spheres > 0),
             ("bvh", self.bvh_depth > 0),
-            ("lights", !self.lights.is_empty()),
-            ("mirror", self.mirror),
-            ("refraction", self.media_capacity > 0),
-            ("nested media", self.media_capacity > 1),
-            ("branching", self.branching),
+            ("lights", self.found.lights > 0),
+            ("mirror", self.found.mirrors),
+            ("refraction", self.found.solids_at_once > 0),
+            ("nested media", self.found.solids_at_once > 1),
+            ("branching", self.found.branching),
         ]
         .into_iter()
         .filter_map(|(name, there)| there.then_some(name))

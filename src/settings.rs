@@ -1,6 +1,7 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
 use crate::defect::Defect;
+use crate::general::General;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 
@@ -154,4 +155,6 @@ pub struct Schedule {
     pub capacity: Option<u32>,
     /// A small scene's shapes as constants of the kernels, which are then compiled for it alone.
     pub constants: Option<bool>,
+    /// Features that kernels have although the scene lacks them.
+    pub general: General,
 }

@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::known;
 use super::load;
 use super::state::StateFile;
-use crate::cli::{Crop, Output, RenderArgs, Size};
+use crate::cli::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
 use crate::render::{Rendered, Renderer, Unfinished};
@@ -30,7 +30,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
-    let mut settings = settings(args, &scene)?;
+    let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     known::set_replicates(args, &mut settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
@@ -97,7 +97,11 @@ fn writable(path: &Path) -> Result<(), Failure> {
 }
 
 /// The scene's settings under those of the command line.
-pub(super) fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+pub(super) fn settings(
+    args: &PictureArgs,
+    schedule: &ScheduleArgs,
+    scene: &Scene,
+) -> Result<Settings, Failure> {
     let mut settings = Settings::of(scene);
     if let Some(Size { width, height }) = args.size {
         (settings.width, settings.height) = (width, height);
@@ -119,7 +123,7 @@ pub(super) fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Fai
         }
         settings.crop = Some(crop);
     }
-    settings.schedule = args.schedule.schedule();
+    settings.schedule = schedule.schedule();
     Ok(settings)
 }
 
