@@ -35,6 +35,7 @@ pub mod probe;
 pub mod report;
 pub mod predict;
 pub mod outline;
+pub mod receipt;
 pub mod timeline;
 pub mod sampler;
 pub mod cpu;

@@ -221,7 +221,7 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
             f.solids > 0,
             match f.solids {
                 0 => "no solid refracts".into(),
-                n => format!("{}", plural(n, "refracting solid")),
+                n => plural(n, "refracting solid"),
             },
         ),
         row(
@@ -247,8 +247,8 @@ fn search(packed: &Packed) -> SearchInfo {
         };
     }
     let outside = match packed.loose {
-        [true, _] => "; the few triangles are tested one by one",
-        [_, true] => "; the few spheres are tested one by one",
+        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested one by one",
+        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested one by one",
         _ => "",
     };
     let most = if packed.found.primitives() > BRUTE_FORCE_MAX as u64 { "more than" } else { "switched on; not above" };

@@ -55,6 +55,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
 
+    /// Tell afterwards what was planned and what each part took, and measure what each feature that the scene lacks would have cost; takes some seconds more
+    #[arg(long, conflicts_with_all = ["resume", "error", "time", "budget", "aov"])]
+    pub receipt: bool,
+
     /// Go on with an interrupted render from OUT.partial, if that is there; else begin
     #[arg(long)]
     pub resume: bool,

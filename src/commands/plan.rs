@@ -131,6 +131,25 @@ pub(super) fn trial(
     Ok(time)
 }
 
+/// What `render --receipt` sets its result beside: the plan and the time foretold.
+pub(super) fn before(
+    renderer: &mut Renderer,
+    file: &Path,
+    scene: &Scene,
+    asked: &Settings,
+    style: Style,
+) -> Result<Outline, Failure> {
+    let time = trial(renderer, scene, asked, &mut Progress::new(style, "trial"))?;
+    let (settings, _) = renderer.trusted(asked);
+    let packed = pack(scene, &settings, renderer.brute_force());
+    let limits = renderer.device().limits();
+    let plan = Plan::new(&packed, &settings, &limits).map_err(RenderError::from)?;
+    let device = renderer.device().info();
+    let file = file.display().to_string();
+    let outline = Outline::new(&file, &device, &packed, &settings, &limits, Some(&plan));
+    Ok(Outline { time: Some(time), ..outline })
+}
+
 fn tell(args: &PlanArgs, outline: &Outline, console: &mut Console) -> Result<(), Failure> {
     let text = outline::text(outline);
     match &args.json {

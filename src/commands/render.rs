@@ -3,7 +3,7 @@
 use super::console::Console;
 use super::failure::Failure;
 use super::known;
-use super::load;
+use super::{load, plan};
 use super::state::StateFile;
 use crate::cli::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
@@ -12,6 +12,7 @@ use crate::render::{Rendered, Renderer, Unfinished};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::settings::Settings;
+use crate::receipt::{self, Receipt, ReceiptError};
 use crate::{atomic_file, table};
 use anyhow::Context;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -34,7 +35,12 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     known::set_replicates(args, &mut settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
-    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), "rendering");
+    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let outline = match args.receipt {
+        true => Some(plan::before(&mut renderer, &args.scene, &scene, &settings, style)?),
+        false => None,
+    };
+    let mut progress = Progress::new(style, "rendering");
     let rendered = renderer.resume(&scene, &settings, earlier, &mut progress);
     drop(progress);
     let mut rendered = rendered.map_err(|error| match &state {
@@ -43,9 +49,31 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     })?;
     rendered.report.time.scene += scene_seconds;
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
+    let mut wrong = Vec::new();
+    if let Some(outline) = outline.filter(|_| done == 1.0) {
+        let mut progress = Progress::new(style, "measuring what is absent");
+        let receipt = Receipt::new(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
+        match receipt {
+            Ok(receipt) => {
+                wrong = receipt.wrong();
+                rendered.report.receipt = Some(receipt);
+            }
+            Err(ReceiptError::Interrupted) => console.say("interrupted: there is no receipt"),
+            Err(ReceiptError::Render(error)) => return Err(error.into()),
+        }
+    }
     let report = Deliver { args, format, channels: &[] }.deliver(rendered, started, console)?;
     if done < 1.0 {
         return Err(interrupted(&report, done, unfinished, state)?);
+    }
+    if let Some(receipt) = &report.receipt {
+        console.say(&receipt::text(receipt));
+    }
+    if !wrong.is_empty() {
+        return Err(Failure::Other(anyhow::anyhow!(
+            "the image differs from that of general kernels with {}: please report this",
+            wrong.join(", ")
+        )));
     }
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;

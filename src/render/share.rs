@@ -8,6 +8,7 @@ use super::{Observer, Quiet, RenderError, Renderer};
 use crate::kernels::Kernel;
 use crate::pack::{Packed, pack};
 use crate::plan::Plan;
+use crate::measure::stats::median;
 use crate::predict::{Model, Unpredictable};
 use crate::report::Report;
 use crate::scene::Scene;
@@ -22,8 +23,10 @@ const BANDS: u32 = 16;
 const BANDS_LEAST: usize = 4;
 /// Samples of a share: an eighth of all, within these. Fewer would be all starts, more would be a render.
 const SAMPLES: [u64; 2] = [1 << 15, 1 << 18];
-/// Seconds after which a share ends with the bands it has.
+/// Seconds after which the first run ends with the bands it has, and no run is begun for a model.
 const SECONDS: f64 = 1.0;
+/// Runs for a model.
+const RUNS: usize = 3;
 /// Runs of one pixel, to time the starts of dispatches.
 const STARTS: usize = 5;
 
@@ -34,6 +37,8 @@ pub struct Share {
     settings: Settings,
     bands: Vec<Tile>,
     samples: u32,
+    /// Some bands were traced, so that those that are left are the ones that time allows.
+    begun: bool,
     /// Time that went into packing and planning.
     pub built: Duration,
     /// Time that went into opening the device, kernels and buffers.
@@ -80,7 +85,7 @@ impl Share {
         }
         let (bands, samples) = bands(&settings, plan.tile_pixels);
         let prepared = start.elapsed() + std::mem::take(&mut renderer.opened);
-        Ok(Share { frame, packed, settings, bands, samples, built, prepared, fresh })
+        Ok(Share { frame, packed, settings, bands, samples, begun: false, built, prepared, fresh })
     }
 
     /// The plan of the whole.
@@ -103,7 +108,13 @@ impl Share {
         self.bands.truncate(bands.max(1));
     }
 
-    /// Traces all bands, those of an earlier run if that ended early.
+    /// The bands and samples of another share of the same image, so that both trace the same.
+    pub fn take_bands(&mut self, other: &Share) {
+        self.bands.clone_from(&other.bands);
+        (self.samples, self.begun) = (other.samples, true);
+    }
+
+    /// Traces all bands: the first time as many as there is time for, then always the same.
     ///
     /// # Errors
     /// As [`Renderer::render`]; also if a queue is too small for one sample of a band.
@@ -113,7 +124,8 @@ impl Share {
         let bands = std::mem::take(&mut self.bands);
         let mut kept = Vec::with_capacity(bands.len());
         for band in bands {
-            if kept.len() >= BANDS_LEAST && begin.elapsed().as_secs_f64() > SECONDS || observer.cancelled() {
+            let late = !self.begun && kept.len() >= BANDS_LEAST && begin.elapsed().as_secs_f64() > SECONDS;
+            if late || observer.cancelled() {
                 break;
             }
             let traced = self.band(band, self.samples)?;
@@ -125,20 +137,28 @@ impl Share {
             linear.extend(film.chunks(replicates).map(|pixel| mean(pixel, self.samples)));
             kept.push(band);
         }
-        self.bands = kept;
+        (self.bands, self.begun) = (kept, true);
         let mut report = tally.report(&self.settings, &self.packed, &self.frame.plan);
         report.time.device = times.iter().map(|t| t.0).sum();
         report.time.render = begin.elapsed().as_secs_f64();
         Ok(Run { linear, bands: times, report })
     }
 
-    /// A model of the whole from one run.
+    /// A model of the whole from a few runs, each pass at its mean: a render meets the same disturbances, which a median would leave out.
     ///
     /// # Errors
     /// As [`Share::run`].
     pub fn model(&mut self, observer: &mut dyn Observer) -> Result<Result<Model, Unpredictable>, RenderError> {
         let starts = self.starts()?;
-        let run = self.run(observer)?;
+        let begin = Instant::now();
+        let mut runs = vec![self.run(observer)?];
+        while runs.len() < RUNS && begin.elapsed().as_secs_f64() < SECONDS && !observer.cancelled() {
+            runs.push(self.run(observer)?);
+        }
+        runs.retain(|r| r.bands.len() == self.bands.len() && !r.bands.is_empty());
+        let Some(run) = mean_run(&runs) else {
+            return Ok(Err(Unpredictable("the trial was cut short".into())));
+        };
         let samples: u64 = run.bands.iter().map(|b| b.1).sum();
         let [x0, y0, x1, y1] = self.settings.region();
         let all = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(self.settings.samples);
@@ -164,8 +184,7 @@ impl Share {
                 seen.entry(pass.kernel).or_default().push(seconds / *launches as f64);
             }
         }
-        let median = |times: Vec<f64>| crate::measure::stats::median(&times).unwrap_or(0.0);
-        Ok(seen.into_iter().map(|(kernel, times)| (kernel, median(times))).collect())
+        Ok(seen.into_iter().map(|(kernel, times)| (kernel, median(&times).unwrap_or(0.0))).collect())
     }
 
     /// So many samples of every pixel of a band, whatever the observer says (bands are short), in as few batches as there is room for.
@@ -182,6 +201,20 @@ impl Share {
             }
         }
     }
+}
+
+/// Runs of the same bands as one, each time at its mean; None of none.
+fn mean_run(runs: &[Run]) -> Option<Run> {
+    let mut one = runs.first()?.clone();
+    let over = |time: &dyn Fn(&Run) -> f64| runs.iter().map(time).sum::<f64>() / runs.len() as f64;
+    for (i, pass) in one.report.passes.iter_mut().enumerate() {
+        pass.seconds = over(&|r| r.report.passes[i].seconds);
+    }
+    for (i, band) in one.bands.iter_mut().enumerate() {
+        band.0 = over(&|r| r.bands[i].0);
+    }
+    one.report.time.device = one.report.passes.iter().map(|p| p.seconds).sum();
+    Some(one)
 }
 
 /// Bands spread over the image's height, in an order whose beginnings are spread over it too, and the samples
