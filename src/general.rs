@@ -117,7 +117,11 @@ mod tests {
         assert_eq!(set, General::default().with(Feature::Spheres).with(Feature::Hierarchy));
         assert!(set.has(Feature::Spheres) && !set.has(Feature::Triangles) && !set.is_empty());
         assert_eq!("all".parse(), Ok(General::all()));
-        assert!(Feature::ALL.iter().all(|f| General::all().has(*f) && f.name().parse() == Ok(General::default().with(*f))));
+        assert!(
+            Feature::ALL
+                .iter()
+                .all(|f| General::all().has(*f) && f.name().parse() == Ok(General::default().with(*f)))
+        );
         assert!("sphere".parse::<General>().unwrap_err().contains("spheres"));
     }
 }

@@ -199,9 +199,8 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
     let f = &packed.found;
     let row = |name, found, detail| FeatureRow { name, found, detail };
     let count = |name, count: u64, noun: &str| row(name, count > 0, plural(count, noun));
-    let is = |name, found: bool, yes: &str, no: &str| {
-        row(name, found, if found { yes } else { no }.to_owned())
-    };
+    let is =
+        |name, found: bool, yes: &str, no: &str| row(name, found, if found { yes } else { no }.to_owned());
     vec![
         count("triangles", f.triangles, "triangle"),
         is("smooth normals", f.smooth_normals, "some corners have normals", "every triangle is flat"),
@@ -251,7 +250,11 @@ fn search(packed: &Packed) -> SearchInfo {
         [_, true] if packed.found.spheres > 0 => "; the few spheres are tested one by one",
         _ => "",
     };
-    let most = if packed.found.primitives() > BRUTE_FORCE_MAX as u64 { "more than" } else { "switched on; not above" };
+    let most = if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
+        "more than"
+    } else {
+        "switched on; not above"
+    };
     SearchInfo {
         kind: "hierarchy",
         nodes: packed.nodes.len() as u64,
@@ -275,7 +278,8 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         })
         .collect();
     let kernels = variant::kernels(plan, settings);
-    let queue = [Buf::Rays, Buf::NextRays, Buf::Media, Buf::NextMedia, Buf::Hits, Buf::Surfaces, Buf::Contributions];
+    let queue =
+        [Buf::Rays, Buf::NextRays, Buf::Media, Buf::NextMedia, Buf::Hits, Buf::Surfaces, Buf::Contributions];
     let in_queue: u64 = queue.iter().map(|b| plan.buffer_bytes[*b as usize]).sum();
     Planned {
         dispatches: kernels.iter().map(|k| k.launches).sum(),

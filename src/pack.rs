@@ -215,12 +215,11 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     }
 
     // A few of one kind beside many of the other: the walk then has code for one kind only.
-    let few = |count: usize, others: usize| {
-        count <= LOOSE_MAX && others > LOOSE_MAX && !on(Feature::MixedLeaves)
-    };
+    let few =
+        |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX && !on(Feature::MixedLeaves);
     let loose = [few(triangles.len(), spheres.len()), few(spheres.len(), triangles.len())];
-    let brute = brute_force
-        .unwrap_or(found.primitives() <= BRUTE_FORCE_MAX as u64 && !on(Feature::Hierarchy));
+    let brute =
+        brute_force.unwrap_or(found.primitives() <= BRUTE_FORCE_MAX as u64 && !on(Feature::Hierarchy));
     let bvh = if brute {
         Bvh {
             nodes: vec![double::Node::default()],

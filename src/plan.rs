@@ -168,8 +168,7 @@ impl Plan {
             }
             batch = (batch / 2).max(1);
         }
-        plan.specialisation.texels = 
-            u32::from(plan.reads_texels(settings, limits) && !on(Feature::Storage));
+        plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits) && !on(Feature::Storage));
         // A survey does not say how many samples it will be asked for: as many as a picture takes.
         let samples = if survey { pixels.saturating_mul(16) } else { total };
         let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu && !on(Feature::LoadedShapes);
@@ -299,6 +298,18 @@ impl Plan {
             .zip(&self.buffer_bytes)
             .max_by_key(|(_, bytes)| **bytes)
             .map_or(("", 0), |((name, ..), bytes)| (*name, *bytes));
+        let counts = self.buffer_bytes[Buf::DepthCounts as usize];
+        if counts == bytes {
+            let most = limits.storage_range.min(limits.heap / 8 * HEAP_EIGHTHS / 2)
+                / size_of::<abi::DepthCount>() as u64;
+            return PlanError(format!(
+                "the rays of so many depths need {bytes} bytes for `{name}`; this device binds {} bytes at once and has a \
+                 heap of {}. --depth {} would fit",
+                limits.storage_range,
+                limits.heap,
+                most - 1
+            ));
+        }
         let share = limits.storage_range as f64 / bytes as f64;
         PlanError(format!(
             "{} primitives need {} bytes for `{name}`; this device binds {} bytes at once and has a heap of {}. \

@@ -134,7 +134,9 @@ impl Model {
             }
         }
         for pass in report.passes.iter().filter(|p| traced(p.depth) > 0.0) {
-            let Some(kernel) = passes::all().map(|p| p.kernel).find(|k| k.name() == pass.name) else { continue };
+            let Some(kernel) = passes::all().map(|p| p.kernel).find(|k| k.name() == pass.name) else {
+                continue;
+            };
             let starts = pass.launches as f64 * model.start(kernel);
             model.cost.insert((kernel, pass.depth), (pass.seconds - starts).max(0.0) / traced(pass.depth));
         }

@@ -245,7 +245,8 @@ impl Prepared {
         limits: &Limits,
     ) -> Result<Prepared, RenderError> {
         let width = rays.clamp(1, BATCH) as u32;
-        let mut settings = Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
+        let mut settings =
+            Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none.
         settings.schedule.general = settings.schedule.general.with(Feature::Secondary);
         let packed = pack(scene, &settings, brute_force);

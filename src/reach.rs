@@ -16,7 +16,11 @@ pub struct Reach {
 impl Reach {
     /// The reach of scenes whose surfaces are of `materials`. `overlapping`: solids may overlap, and a surface
     /// inside another's matter passes its ray on whole.
-    pub fn new<'a>(materials: impl Iterator<Item = &'a Material>, overlapping: bool, branches: bool) -> Reach {
+    pub fn new<'a>(
+        materials: impl Iterator<Item = &'a Material>,
+        overlapping: bool,
+        branches: bool,
+    ) -> Reach {
         let weight = materials.map(weight).fold(0.0, f64::max);
         Reach { weight: if overlapping && weight > 0.0 { 1.0 } else { weight }, branches }
     }
@@ -39,12 +43,13 @@ impl Reach {
         }
         // Children of depth d have at most weight^d.
         let mut throughput = weight;
-        (1..depth).find(|_| {
-            let cut = throughput < f64::from(cutoff);
-            throughput *= weight;
-            cut
-        })
-        .unwrap_or(depth)
+        (1..depth)
+            .find(|_| {
+                let cut = throughput < f64::from(cutoff);
+                throughput *= weight;
+                cut
+            })
+            .unwrap_or(depth)
     }
 
     /// In plain words.
@@ -57,7 +62,9 @@ impl Reach {
                 crate::units::number(self.weight)
             ),
             (true, false, false) => "one ray goes on from a hit at most: to the depth asked for".into(),
-            (true, true, false) => "rays branch: up to twice as many at each depth, to the depth asked for".into(),
+            (true, true, false) => {
+                "rays branch: up to twice as many at each depth, to the depth asked for".into()
+            }
         }
     }
 }

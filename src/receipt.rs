@@ -217,7 +217,12 @@ pub fn text(r: &Receipt) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[("took", Left), ("dispatches", Right), ("time", Right), ("share", Right)]);
     for p in &r.parts {
-        table.row([p.name.clone(), grouped(p.launches), seconds(p.seconds), format!("{:.1} %", 100.0 * p.share)]);
+        table.row([
+            p.name.clone(),
+            grouped(p.launches),
+            seconds(p.seconds),
+            format!("{:.1} %", 100.0 * p.share),
+        ]);
     }
     let mut text = format!("{}\n{table}\n", outline::text(&r.outline));
     text += &format!("render  {}", seconds(r.render));
@@ -285,7 +290,13 @@ mod tests {
 
     #[test]
     fn parts_are_sums_over_depths() {
-        let pass = |name: &str, depth, seconds| PassInfo { name: name.into(), depth, launches: 2, seconds, items: 7 };
+        let pass = |name: &str, depth, seconds| PassInfo {
+            name: name.into(),
+            depth,
+            launches: 2,
+            seconds,
+            items: 7,
+        };
         let all = parts(&[pass("generate", 0, 1.0), pass("shade", 1, 2.0), pass("shade", 2, 1.0)]);
         let told: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
         assert_eq!(told, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);

@@ -151,6 +151,9 @@ mod tests {
     fn everything_is_optional_but_scene_and_output() {
         let cli = Cli::try_parse_from(["whitted", "render", "a.toml", "-o", "a.png"]).unwrap();
         let Command::Render(args) = cli.command else { panic!("render expected") };
-        assert_eq!((args.picture.seed, args.picture.samples, args.picture.depth, args.validate), (0, None, None, false));
+        assert_eq!(
+            (args.picture.seed, args.picture.samples, args.picture.depth, args.validate),
+            (0, None, None, false)
+        );
     }
 }

@@ -35,8 +35,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let planned = Plan::new(&packed, &settings, &limits);
     let file = args.scene.display().to_string();
     let device = renderer.device().info();
-    let mut outline =
-        Outline::new(&file, &device, &packed, &settings, &limits, planned.as_ref().ok());
+    let mut outline = Outline::new(&file, &device, &packed, &settings, &limits, planned.as_ref().ok());
     let mut failure = None;
     match planned {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
@@ -66,9 +65,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             outline.time = time;
         }
     }
-    outline.refused = failure
-        .as_ref()
-        .map(|f| Refused { message: f.to_string(), exit_code: f.exit_code() });
+    outline.refused = failure.as_ref().map(|f| Refused { message: f.to_string(), exit_code: f.exit_code() });
     tell(args, &outline, console)?;
     for warning in warnings {
         console.say(&format!("warning: {warning}"));

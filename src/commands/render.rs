@@ -3,16 +3,16 @@
 use super::console::Console;
 use super::failure::Failure;
 use super::known;
-use super::{load, plan};
 use super::state::StateFile;
+use super::{load, plan};
 use crate::cli::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
+use crate::receipt::{self, Receipt, ReceiptError};
 use crate::render::{Rendered, Renderer, Unfinished};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::receipt::{self, Receipt, ReceiptError};
 use crate::{atomic_file, table};
 use anyhow::Context;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -52,7 +52,8 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {
         let mut progress = Progress::new(style, "measuring what is absent");
-        let receipt = Receipt::new(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
+        let receipt =
+            Receipt::new(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
         match receipt {
             Ok(receipt) => {
                 wrong = receipt.wrong();

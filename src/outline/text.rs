@@ -128,7 +128,13 @@ pub fn forecast(t: &Prediction) -> String {
     ]);
     for d in &t.by_depth {
         let note = if d.extrapolated { "not timed: follows from the depths before" } else { "" };
-        table.row([d.depth.to_string(), short(d.traced as f64), short(d.shadow as f64), seconds(d.seconds), note.into()]);
+        table.row([
+            d.depth.to_string(),
+            short(d.traced as f64),
+            short(d.shadow as f64),
+            seconds(d.seconds),
+            note.into(),
+        ]);
     }
     let start = t.start.map_or(String::new(), |s| format!("; before it {} as just now", seconds(s)));
     format!(

@@ -102,9 +102,7 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
         ("loose_spheres", s.loose_spheres, Some(0), "few spheres: outside the hierarchy".into()),
         ("few_known", s.few_known, Some(0), "shapes are constants: no loads in their tests".into()),
     ];
-    rows.into_iter()
-        .map(|(name, value, general, why)| Constant { name, value, general, why })
-        .collect()
+    rows.into_iter().map(|(name, value, general, why)| Constant { name, value, general, why }).collect()
 }
 
 #[cfg(test)]
@@ -116,7 +114,8 @@ mod tests {
 
     #[test]
     fn no_constant_is_forgotten() {
-        let mut told: Vec<&str> = rows(&Specialisation::default()).iter().map(|c| c.name).chain(SILENT).collect();
+        let mut told: Vec<&str> =
+            rows(&Specialisation::default()).iter().map(|c| c.name).chain(SILENT).collect();
         let mut all: Vec<&str> = abi::SPECIALISATION.iter().map(|(name, _)| *name).collect();
         told.sort_unstable();
         all.sort_unstable();
