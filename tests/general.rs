@@ -28,68 +28,51 @@ fn tiny(scene: &Scene) -> Settings {
     Settings { depth: settings.depth.clamp(3, 5), ..settings }
 }
 
+/// On the device, since kernels take long to prepare, in one test: each scene's own image is rendered once.
 #[test]
-fn all_features_together_change_no_bit() {
+fn general_kernels_change_no_bit() {
     let mut renderer = renderer();
+    let limits = renderer.device().limits();
+    let (mut known, mut alone) = (0, Vec::new());
     for (name, scene) in scenes() {
         let settings = tiny(&scene);
+        let plan = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &limits).unwrap();
         let own = render(&mut renderer, &scene, &settings);
-        let general = render(&mut renderer, &scene, &with(&settings, General::all()));
-        assert_eq!(differing(&own.linear, &general.linear), 0, "{name}");
-        assert_eq!(own.report.counters, general.report.counters, "{name}");
-        let rays = |r: &whitted::report::RayInfo| (r.primary, r.reflection, r.refraction);
-        assert_eq!(rays(&own.report.rays), rays(&general.report.rays), "{name}");
-    }
-}
 
-/// Shapes as constants, on top of everything else that is specialised.
-#[test]
-fn shapes_as_constants_change_no_bit() {
-    let mut renderer = renderer();
-    let mut known = 0;
-    for (name, scene) in scenes() {
-        let settings = tiny(&scene);
-        let own = render(&mut renderer, &scene, &settings);
+        let all = render(&mut renderer, &scene, &with(&settings, General::all()));
+        assert_eq!(differing(&own.linear, &all.linear), 0, "{name}");
+        assert_eq!(own.report.counters, all.report.counters, "{name}");
+        let rays = |r: &whitted::report::RayInfo| (r.primary, r.reflection, r.refraction);
+        assert_eq!(rays(&own.report.rays), rays(&all.report.rays), "{name}");
+
+        // Shapes as constants, on top of all else that is specialised.
         let schedule = Schedule { constants: Some(true), ..settings.schedule };
         let constants = Settings { schedule, ..settings.clone() };
-        let plan =
-            Plan::new(&pack(&scene, &constants, None), &constants, &renderer.device().limits()).unwrap();
-        if plan.specialisation.few_known != 0 {
+        if plan(&constants).specialisation.few_known != 0 {
             known += 1;
             let few = render(&mut renderer, &scene, &constants);
             assert_eq!(differing(&own.linear, &few.linear), 0, "{name}");
         }
-    }
-    assert!(known >= 3, "only {known} scenes have few shapes");
-}
 
-/// On the device, where a scene lacks them; between them these scenes lack nearly all.
-#[test]
-fn each_feature_alone_changes_no_bit_on_the_device() {
-    let mut renderer = renderer();
-    let mut seen = Vec::new();
-    for (name, scene) in scenes() {
+        // Each feature alone, in the first of these scenes that lacks it; the twins do so in every scene.
         if !["cornell", "fence", "many_lights"].contains(&name.as_str()) {
             continue;
         }
-        let settings = tiny(&scene);
-        let limits = renderer.device().limits();
-        let plan = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &limits).unwrap();
-        let own = render(&mut renderer, &scene, &settings);
-        for feature in Feature::ALL.iter().filter(|f| !seen.contains(*f)).copied().collect::<Vec<_>>() {
-            let general = with(&settings, General::default().with(feature));
+        for feature in Feature::ALL {
+            let general = with(&settings, General::default().with(*feature));
             let (a, b) = (plan(&settings), plan(&general));
-            if a.specialisation == b.specialisation && a.last_depth == b.last_depth {
-                continue;
+            let is_absent = a.specialisation != b.specialisation || a.last_depth != b.last_depth;
+            if is_absent && !alone.contains(feature) {
+                alone.push(*feature);
+                let other = render(&mut renderer, &scene, &general);
+                assert_eq!(differing(&own.linear, &other.linear), 0, "{name} with {feature}");
             }
-            seen.push(feature);
-            let other = render(&mut renderer, &scene, &general);
-            assert_eq!(differing(&own.linear, &other.linear), 0, "{name} with {feature}");
         }
     }
-    // No scene is without triangles; constants are above.
-    let unseen: Vec<_> = Feature::ALL.iter().filter(|f| !seen.contains(*f)).collect();
-    assert_eq!(unseen, [&Feature::Triangles, &Feature::LoadedShapes]);
+    assert!(known >= 3, "only {known} scenes have few shapes");
+    // No scene is without triangles; constants were tried above.
+    let untried: Vec<_> = Feature::ALL.iter().filter(|f| !alone.contains(*f)).collect();
+    assert_eq!(untried, [&Feature::Triangles, &Feature::LoadedShapes]);
 }
 
 const TWIN: Limits = Limits {

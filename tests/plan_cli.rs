@@ -108,7 +108,9 @@ fn a_receipt_prices_what_is_absent() {
     );
     assert!(absent.iter().all(|a| a["pixels_differ"] == 0 && a["ratio"]["median"].as_f64().unwrap() > 0.0));
     assert!(receipt["bytes_taken"].as_u64() >= receipt["bytes_planned"].as_u64());
-    assert_eq!(receipt["rays_over_predicted"].as_f64().map(|r| (r * 10.0).round()), Some(10.0));
+    // Half of the rows were tried.
+    let rays = receipt["rays_over_predicted"].as_f64().unwrap();
+    assert!((0.8..1.2).contains(&rays), "{rays}");
     let said = String::from_utf8(done.stderr).unwrap();
     assert!(said.contains("not paid for") && said.contains("same bits"), "{said}");
 }
