@@ -188,9 +188,7 @@ impl Model {
         let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
         let last = plan.last_depth;
         if last > 1 && self.rays.len() == 1 {
-            return Err(Unpredictable(
-                "a render of depth 1 says nothing of deeper rays; give the report of a deeper one, or leave out --from".into(),
-            ));
+            return Err(Unpredictable("a render of depth 1 says nothing of deeper rays".into()));
         }
         let mut by_depth: Vec<DepthForecast> = Vec::new();
         let (mut device, mut unseen) = (0.0, 0.0);

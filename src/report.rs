@@ -134,6 +134,7 @@ impl SettingsInfo {
 
 /// The plan.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct PlanInfo {
     /// What the scene requires, in plain words.
     pub features: Vec<String>,
@@ -143,6 +144,8 @@ pub struct PlanInfo {
     pub tiles: u64,
     /// Batches of samples over all tiles.
     pub batches: u64,
+    /// Whether the scene's shapes were constants of the kernels.
+    pub known_shapes: bool,
 }
 
 /// Where the time went, seconds.

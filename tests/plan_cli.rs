@@ -75,6 +75,16 @@ fn a_report_foretells_another_render() {
         assert_eq!(rays(&time["by_depth"][depth]), 2 * rays(&report["rays"]["by_depth"][depth]));
     }
     assert_eq!(time["by_depth"][4]["extrapolated"], true);
+    // Of depth 1 nothing follows for depth 2: a trial then says so.
+    let shallow =
+        "render scenes/two_mirrors.toml -o b.png --size 64x48 --samples 2 --depth 1 --report b.json -q";
+    assert!(whitted(folder.path(), shallow).status.success());
+    let tried = whitted(folder.path(), "plan scenes/two_mirrors.toml --size 64x48 --depth 2 --from b.json");
+    assert!(
+        tried.status.success() && String::from_utf8_lossy(&tried.stderr).contains("a trial instead"),
+        "{tried:?}"
+    );
+    assert!(String::from_utf8_lossy(&tried.stdout).contains("from a trial of"), "{tried:?}");
     // Another scene's report says nothing of this one.
     let other = whitted(folder.path(), "plan scenes/cornell.toml --from a.json");
     assert_eq!(other.status.code(), Some(2), "{other:?}");

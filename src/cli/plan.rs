@@ -9,7 +9,7 @@ const PLAN_HELP: &str = concat!(
 Tells, before anything is rendered, what the scene has and what follows from it: how deep light can travel, which kernels \
 run and how they are specialised, queues and other buffers with their bytes, tiles and batches, and how long the render will \
 take on this device. For the time it traces a few bands of the image, an eighth at most; --from takes the times of a report of \
-the same scene instead, and --no-trial leaves them out. A plan that the device cannot hold is told with what would fit, and the \
+the same scene instead, where its kernels are those planned and it was deep enough; and --no-trial leaves them out. A plan that the device cannot hold is told with what would fit, and the \
 exit code is that of the render.
 
 Examples:

@@ -9,7 +9,7 @@ use crate::cli::PlanArgs;
 use crate::outline::{self, Outline, Refused};
 use crate::pack::{Packed, pack};
 use crate::plan::Plan;
-use crate::predict::{Model, Prediction, Work};
+use crate::predict::{Model, Prediction, Unpredictable, Work};
 use crate::progress::{self, Progress, Style};
 use crate::render::{RenderError, Renderer, Share};
 use crate::report::Report;
@@ -40,27 +40,28 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     match planned {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
         Ok(plan) => {
-            let time = match earlier {
+            let foretold = match earlier {
                 Some(report) => {
                     check(&report, &outline, &packed)?;
-                    let model = Model::of_report(&report).map_err(|e| Failure::Usage(e.to_string()))?;
-                    Some(predict(&model, &plan, &settings).map_err(|e| Failure::Usage(e.to_string()))?)
-                }
-                None if args.no_trial => None,
-                None => {
-                    let style = Style::choose(console.is_quiet(), console.is_verbose());
-                    let mut progress = Progress::new(style, "trial");
-                    match trial(&mut renderer, &scene, &asked, &mut progress) {
-                        Ok(mut time) => {
-                            time.start = time.start.map(|s| s + scene_seconds);
-                            Some(time)
-                        }
-                        Err(error) => {
-                            failure = Some(error);
-                            None
-                        }
+                    let from = of_report(&report, &plan, &settings);
+                    if let Err(why) = &from {
+                        console.say(&format!("{why}: a trial instead"));
                     }
+                    from.ok()
                 }
+                None => None,
+            };
+            let style = Style::choose(console.is_quiet(), console.is_verbose());
+            let mut progress = Progress::new(style, "trial");
+            let time = match foretold {
+                None if !args.no_trial => match trial(&mut renderer, &scene, &asked, &mut progress) {
+                    Ok(time) => Some(Prediction { start: time.start.map(|s| s + scene_seconds), ..time }),
+                    Err(error) => {
+                        failure = Some(error);
+                        None
+                    }
+                },
+                known => known,
             };
             outline.time = time;
         }
@@ -100,12 +101,19 @@ fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure>
     }
 }
 
+/// The time of the planned render after a report of another.
+fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
+    if report.plan.known_shapes != (plan.specialisation.few_known != 0) {
+        let so = if report.plan.known_shapes { "constants of" } else { "buffers for" };
+        return Err(Unpredictable(format!(
+            "the report's shapes were {so} its kernels, which is otherwise here"
+        )));
+    }
+    predict(&Model::of_report(report)?, plan, settings)
+}
+
 /// The time of the planned render after a model.
-pub(super) fn predict(
-    model: &Model,
-    plan: &Plan,
-    settings: &Settings,
-) -> Result<Prediction, crate::predict::Unpredictable> {
+pub(super) fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
     let [x0, y0, x1, y1] = settings.region();
     let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
     let tiles = crate::render::tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
