@@ -3,9 +3,14 @@
 
 mod fit;
 
+pub(crate) use fit::HEAP_EIGHTHS;
+
 use crate::abi::{self, Buf, GpuStruct, Specialisation};
-use crate::kernels::KERNELS;
+use crate::general::Feature;
+use crate::kernels::{KERNELS, Kernel};
 use crate::pack::Packed;
+use crate::passes::{self, When};
+use crate::reach::Reach;
 use crate::settings::{Origin, Precision, Settings};
 
 /// The limits of a device that a plan depends on.
@@ -46,6 +51,10 @@ pub struct Plan {
     pub batch_samples: u32,
     /// Lights per `shadow` pass.
     pub lights_per_pass: u32,
+    /// How deep light can travel.
+    pub reach: Reach,
+    /// Depth of the last passes, as far as is known before cutoffs change.
+    pub last_depth: u32,
     /// Bytes of each buffer, in binding order.
     pub buffer_bytes: Vec<u64>,
     /// What the scene requires, in plain words.
@@ -68,7 +77,8 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 const LIGHTS_PER_PASS: u32 = 8;
 /// Samples from which on a small scene's shapes become constants: on lavapipe that costs about a second of
 /// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
-const KNOWN_SAMPLES: u64 = 1 << 21;
+pub(crate) const KNOWN_SAMPLES: u64 = 1 << 21;
+
 impl Plan {
     /// Plans the image of `packed` under `settings`.
     ///
@@ -97,8 +107,11 @@ impl Plan {
         let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
         let total = pixels.saturating_mul(u64::from(settings.samples));
         let wanted = if limits.is_cpu { CPU_BATCH } else { GPU_BATCH };
+        // A survey may be told to cut less than at first.
+        let cutoff = if survey { 0.0 } else { settings.cutoff };
+        let last_depth = packed.reach.last_depth(settings.depth, cutoff);
         let room = match packed.branching {
-            true => BRANCHING_ROOM.min(1u32.checked_shl(settings.depth - 1).unwrap_or(u32::MAX)),
+            true => BRANCHING_ROOM.min(1u32.checked_shl(last_depth - 1).unwrap_or(u32::MAX)),
             false => 1,
         };
         let by_brute_force = packed.bvh_depth == 0;
@@ -111,6 +124,7 @@ impl Plan {
                 packed.primitive_count()
             )));
         }
+        let on = |f: Feature| settings.schedule.general.has(f);
         let mut plan = Plan {
             specialisation: Specialisation {
                 workgroup,
@@ -120,7 +134,7 @@ impl Plan {
                 use_bvh: u32::from(packed.bvh_depth > 0),
                 smooth_normals: u32::from(!packed.corner_normals.is_empty()),
                 media_capacity: packed.media_capacity,
-                wide_spheres_used: u32::from(!packed.wide_spheres.is_empty()),
+                wide_spheres_used: u32::from(!packed.wide_spheres.is_empty() || on(Feature::WideSpheres)),
                 robust: u32::from(settings.precision != Precision::Fast),
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
@@ -141,6 +155,8 @@ impl Plan {
             tile_pixels: 0,
             batch_samples: 0,
             lights_per_pass,
+            reach: packed.reach,
+            last_depth,
             buffer_bytes: Vec::new(),
             features: packed.features(),
         };
@@ -165,7 +181,7 @@ impl Plan {
         }
         // A survey does not say how many samples it will be asked for: as many as a picture takes.
         let samples = if survey { pixels.saturating_mul(16) } else { total };
-        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu;
+        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu && !on(Feature::LoadedShapes);
         if by_brute_force && plan.lanes_join(limits) && settings.schedule.constants.unwrap_or(repaid) {
             plan.know_few(packed, limits);
         }
@@ -187,7 +203,7 @@ impl Plan {
     fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32) {
         let [x0, y0, x1, y1] = settings.region();
         // A small image has few samples, but each of them may branch as far as in a large one.
-        let growth = 1u32.checked_shl(settings.depth - 1).unwrap_or(u32::MAX);
+        let growth = 1u32.checked_shl(self.last_depth - 1).unwrap_or(u32::MAX);
         let least = if packed.branching { BRANCHING_LEAST.min(batch.saturating_mul(growth)) } else { 0 };
         self.capacity = batch.saturating_mul(room).max(least);
         // Whole rows where a row fits.
@@ -214,6 +230,7 @@ impl Plan {
                     Buf::SolidIors => packed.solid_iors.len() as u64,
                     Buf::SolidPriorities => packed.solid_priorities.len() as u64,
                     Buf::EyeMedia => media,
+                    Buf::NextRays | Buf::NextMedia if self.last_depth == 1 => 1,
                     Buf::Rays | Buf::NextRays | Buf::Hits | Buf::Surfaces => capacity,
                     Buf::Contributions
                         if packed.branching || packed.lights.len() as u32 > self.lights_per_pass =>
@@ -272,7 +289,10 @@ impl Plan {
     fn walks_in_packets(&self, settings: &Settings, limits: &Limits) -> bool {
         self.specialisation.use_bvh != 0
             && self.lanes_join(limits)
-            && settings.schedule.packets.unwrap_or(limits.is_cpu)
+            && settings
+                .schedule
+                .packets
+                .unwrap_or(limits.is_cpu && !settings.schedule.general.has(Feature::LoneRays))
     }
 
     /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.
@@ -280,6 +300,16 @@ impl Plan {
         matches!(limits.shuffle_lanes, 4 | 8)
             && self.specialisation.workgroup.is_multiple_of(limits.shuffle_lanes)
             && self.specialisation.texels != 0
+    }
+
+    /// The kernels that a frame runs.
+    pub fn kernels(&self) -> Vec<Kernel> {
+        let runs = |p: &&passes::Pass| match p.when {
+            When::Always | When::PerLights => true,
+            When::NotLast => self.last_depth > 1,
+            When::Branching => self.specialisation.branching != 0,
+        };
+        passes::all().filter(runs).map(|p| p.kernel).collect()
     }
 
     /// Device bytes in all.
@@ -290,7 +320,9 @@ impl Plan {
 
 /// Whether kernels read texels where views reach far enough.
 fn may_read_texels(settings: &Settings, limits: &Limits) -> bool {
-    limits.is_cpu && settings.precision != Precision::Double
+    limits.is_cpu
+        && settings.precision != Precision::Double
+        && !settings.schedule.general.has(Feature::Storage)
 }
 
 /// Bytes of a buffer's element by its GLSL name.

@@ -3,6 +3,7 @@
 
 use crate::abi::{self, Buf, GpuStruct, Queue, Specialisation};
 use crate::cpu::twin::single::Memory;
+use crate::general::Feature;
 use crate::kernels::Kernel;
 use crate::pack::{Packed, pack};
 use crate::passes::{PER_DEPTH, Pass};
@@ -240,7 +241,10 @@ impl Prepared {
         limits: &Limits,
     ) -> Result<Prepared, RenderError> {
         let width = rays.clamp(1, BATCH) as u32;
-        let settings = Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
+        let mut settings =
+            Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
+        // Children are asked for even where there can be none.
+        settings.schedule.general = settings.schedule.general.with(Feature::Secondary);
         let packed = pack(scene, &settings, brute_force);
         let plan = Plan::new(&packed, &settings, limits)?;
         Ok(Prepared { settings, packed, plan })
@@ -287,7 +291,7 @@ impl Renderer {
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
         let p = Prepared::new(scene, settings, rays.len(), self.brute_force(), &self.device().limits())?;
-        let (pipelines, _) = self.pipelines(&p.plan.specialisation, settings.precision)?;
+        let (pipelines, _) = self.pipelines(&p.plan, settings.precision)?;
         let device = std::rc::Rc::clone(self.device());
         let frame = Frame::new(&device, pipelines, &p.packed, scene, &p.settings, &p.plan)?;
         p.trace(&mut OnDevice(frame), rays)

@@ -1,6 +1,7 @@
 //! The machine-readable report: the names of report-format.md, filled by `render`, written as JSON.
 //! Times in seconds, sizes in bytes.
 
+use crate::receipt::Receipt;
 use serde::{Deserialize, Serialize};
 
 /// One render, told in numbers.
@@ -33,6 +34,9 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// The image that came out.
     pub image: ImageInfo,
+    /// What was planned, what it took, what it did without: of `render --receipt`, else absent.
+    #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
+    pub receipt: Option<Receipt>,
 }
 
 /// The program.
@@ -130,6 +134,7 @@ impl SettingsInfo {
 
 /// The plan.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct PlanInfo {
     /// What the scene requires, in plain words.
     pub features: Vec<String>,
@@ -139,6 +144,8 @@ pub struct PlanInfo {
     pub tiles: u64,
     /// Batches of samples over all tiles.
     pub batches: u64,
+    /// Whether the scene's shapes were constants of the kernels.
+    pub known_shapes: bool,
 }
 
 /// Where the time went, seconds.

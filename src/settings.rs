@@ -1,6 +1,7 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
 use crate::defect::Defect;
+use crate::general::General;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 
@@ -184,4 +185,6 @@ pub struct Schedule {
     pub constants: Option<bool>,
     /// Rays of a subgroup walk the hierarchy together, on a software device.
     pub packets: Option<bool>,
+    /// Features that kernels have although the scene lacks them.
+    pub general: General,
 }

@@ -57,8 +57,8 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     Ok(Request {
         target,
         confidence: a.confidence,
-        keep_depth: args.depth.is_some(),
-        keep_precision: args.precision.is_some(),
+        keep_depth: args.picture.depth.is_some(),
+        keep_precision: args.picture.precision.is_some(),
     })
 }
 
@@ -85,7 +85,7 @@ pub(super) fn run(
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
-    let mut settings = super::render::settings(args, &scene)?;
+    let mut settings = super::render::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, &mut settings, started)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
@@ -189,7 +189,7 @@ pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
             "--aov rounding compares every sample with f64: take it with --budget, not with --error or --time".into(),
         ));
     }
-    if args.precision == Some(Precision::Fast) && a.error.is_some() {
+    if args.picture.precision == Some(Precision::Fast) && a.error.is_some() {
         return Err(Failure::Usage(
             "--precision fast has no bound on its mistakes; --error takes robust or f64".into(),
         ));

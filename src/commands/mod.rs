@@ -9,6 +9,7 @@ pub mod gallery;
 pub mod generate;
 mod known;
 pub mod render;
+pub mod plan;
 pub mod profile;
 mod state;
 pub mod stress;
@@ -27,6 +28,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),
         Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
         Command::Sweep(args) => sweep::run(args, &mut Console::new(args.verbosity)),

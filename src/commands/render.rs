@@ -3,11 +3,12 @@
 use super::console::Console;
 use super::failure::Failure;
 use super::known;
-use super::load;
 use super::state::StateFile;
-use crate::cli::{Crop, Output, RenderArgs, Size};
+use super::{load, plan};
+use crate::cli::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
 use crate::progress::{self, Progress, Style};
+use crate::receipt::{self, Receipt, ReceiptError};
 use crate::render::{Rendered, Renderer, Unfinished};
 use crate::report::Report;
 use crate::scene::Scene;
@@ -30,11 +31,16 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
-    let mut settings = settings(args, &scene)?;
+    let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     known::set_replicates(args, &mut settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
-    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), "rendering");
+    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let outline = match args.receipt {
+        true => Some(plan::before(&mut renderer, &args.scene, &scene, &settings, style)?),
+        false => None,
+    };
+    let mut progress = Progress::new(style, "rendering");
     let rendered = renderer.resume(&scene, &settings, earlier, &mut progress);
     drop(progress);
     let mut rendered = rendered.map_err(|error| match &state {
@@ -43,9 +49,32 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     })?;
     rendered.report.time.scene += scene_seconds;
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
+    let mut wrong = Vec::new();
+    if let Some(outline) = outline.filter(|_| done == 1.0) {
+        let mut progress = Progress::new(style, "measuring what is absent");
+        let receipt =
+            Receipt::new(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
+        match receipt {
+            Ok(receipt) => {
+                wrong = receipt.wrong();
+                rendered.report.receipt = Some(receipt);
+            }
+            Err(ReceiptError::Interrupted) => console.say("interrupted: there is no receipt"),
+            Err(ReceiptError::Render(error)) => return Err(error.into()),
+        }
+    }
     let report = Deliver { args, format, channels: &[] }.deliver(rendered, started, console)?;
     if done < 1.0 {
         return Err(interrupted(&report, done, unfinished, state)?);
+    }
+    if let Some(receipt) = &report.receipt {
+        console.say(&receipt::text(receipt));
+    }
+    if !wrong.is_empty() {
+        return Err(Failure::Other(anyhow::anyhow!(
+            "the image differs from that of general kernels with {}: please report this",
+            wrong.join(", ")
+        )));
     }
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;
@@ -97,7 +126,11 @@ fn writable(path: &Path) -> Result<(), Failure> {
 }
 
 /// The scene's settings under those of the command line.
-pub(super) fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+pub(super) fn settings(
+    args: &PictureArgs,
+    schedule: &ScheduleArgs,
+    scene: &Scene,
+) -> Result<Settings, Failure> {
     let mut settings = Settings::of(scene);
     if let Some(Size { width, height }) = args.size {
         (settings.width, settings.height) = (width, height);
@@ -119,7 +152,7 @@ pub(super) fn settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Fai
         }
         settings.crop = Some(crop);
     }
-    settings.schedule = args.schedule.schedule();
+    settings.schedule = schedule.schedule();
     Ok(settings)
 }
 

@@ -33,6 +33,10 @@ fn arguments(words: &[&str]) -> RenderArgs {
     args
 }
 
+fn own_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+    settings(&args.picture, &args.schedule, scene)
+}
+
 fn scene() -> Scene {
     crate::gallery::tests::subject("a", 60, 20).scene
 }
@@ -67,16 +71,17 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
 
 #[test]
 fn options_override_the_scene() {
-    let own = settings(&arguments(&["-o", "a.png"]), &scene()).unwrap();
+    let own = own_settings(&arguments(&["-o", "a.png"]), &scene()).unwrap();
     assert_eq!(own, Settings::of(&scene()));
     let words = "-o a.png --size 40x30 --samples 7 --depth 9 --cutoff 0.01 --sampler stratified --seed 5 --precision f64 --origin fixed:0.5 --crop 1,2,40,30 \
-                 --tile-pixels 64 --batch-samples 3 --workgroup 128 --bvh best";
-    let given = settings(&arguments(&words.split_whitespace().collect::<Vec<_>>()), &scene()).unwrap();
+                 --tile-pixels 64 --batch-samples 3 --workgroup 128 --bvh best --general spheres,hierarchy";
+    let given = own_settings(&arguments(&words.split_whitespace().collect::<Vec<_>>()), &scene()).unwrap();
     let schedule = Schedule {
         tile_pixels: Some(64),
         batch_samples: Some(3),
         workgroup: Some(128),
         hierarchy: Hierarchy::Best,
+        general: "spheres,hierarchy".parse().unwrap(),
         ..Schedule::default()
     };
     let want = Settings {
@@ -100,10 +105,10 @@ fn options_override_the_scene() {
 #[test]
 fn a_crop_outside_the_image_is_a_usage_error() {
     for crop in ["0,0,61,5", "0,0,60,6"] {
-        let failure = settings(&arguments(&["-o", "a.png", "--crop", crop]), &scene()).unwrap_err();
+        let failure = own_settings(&arguments(&["-o", "a.png", "--crop", crop]), &scene()).unwrap_err();
         assert_eq!(failure.exit_code(), 2, "{failure}");
     }
-    assert!(settings(&arguments(&["-o", "a.png", "--crop", "0,0,60,5"]), &scene()).is_ok());
+    assert!(own_settings(&arguments(&["-o", "a.png", "--crop", "0,0,60,5"]), &scene()).is_ok());
 }
 
 #[test]

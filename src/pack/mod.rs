@@ -7,7 +7,10 @@ mod triangles;
 use crate::abi::{self, double};
 use crate::bvh::{self, Bvh, Cache, Prim, Wanted};
 use crate::defect::Defect;
+use crate::found::{self, Found};
 use crate::frame::{Bounds, LocalFrame};
+use crate::general::Feature;
+use crate::reach::Reach;
 use crate::scene::{Fresnel, Scene};
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
@@ -65,9 +68,11 @@ pub struct Packed {
     pub eye_media: Vec<u32>,
     /// Solids the eye is in beyond those.
     pub eye_media_dropped: u64,
-    /// Some surface mirrors.
-    pub mirror: bool,
-    /// Some hit spawns two rays.
+    /// What the scene has, stand-ins apart.
+    pub found: Found,
+    /// How deep its light can travel.
+    pub reach: Reach,
+    /// Some hit spawns two rays, or that is switched on.
     pub branching: bool,
     /// Triangles without area, dropped.
     pub degenerate_triangles: u64,
@@ -78,6 +83,7 @@ pub struct Packed {
 pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Packed {
     let precision = settings.precision;
     let planted = |d: Defect| settings.planted == Some(d);
+    let on = |f: Feature| settings.schedule.general.has(f);
     let mut frame = LocalFrame::of(scene);
     if planted(Defect::WorldFrame) {
         frame = LocalFrame::world(&frame);
@@ -127,14 +133,44 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         spheres.push(packed);
     }
 
+    let mut found = Found {
+        triangles: count as u64,
+        spheres: spheres.len() as u64,
+        wide_spheres: wide_spheres.len() as u64,
+        smooth_normals: triangles.any_smooth,
+        lights: scene.lights.len() as u64,
+        solids: solids.len() as u64,
+        ..Found::default()
+    };
+    let brute = brute_force.unwrap_or(prims.len() <= BRUTE_FORCE_MAX && !on(Feature::Hierarchy));
+    if spheres.is_empty() && (on(Feature::Spheres) || on(Feature::WideSpheres)) {
+        let stand_in = found::sphere(flat_count);
+        prims.push(Prim::of(flat_count, &sphere_bounds(&stand_in), true).0);
+        exact = false;
+        spheres.push(stand_in);
+    }
+    let stand_in =
+        (count == 0 && on(Feature::Triangles)).then(|| found::triangle(flat_count + spheres.len() as u32));
+    let stand_in_bounds = |t: &double::Triangle| {
+        let bounds = [t.a, t.b, t.c].iter().fold(Bounds::EMPTY, |b, c| b.with(DVec3::from_array(*c)));
+        round.padded(bounds.lo, bounds.hi)
+    };
+    if let Some((shape, _)) = &stand_in {
+        // Triangles come first.
+        prims.insert(0, Prim::of(shape.id, &stand_in_bounds(shape), false).0);
+        exact = false;
+    }
+    let count = count + usize::from(stand_in.is_some());
+
     // A few of one kind beside many of the other: the walk then has code for one kind only.
-    let few = |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX;
+    let few =
+        |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX && !on(Feature::MixedLeaves);
     let loose = [few(count, spheres.len()), few(spheres.len(), count)];
-    let brute = brute_force.unwrap_or(prims.len() <= BRUTE_FORCE_MAX);
     let of_sphere = |id: u32| (id - flat_count) as usize;
-    let bounds = |id: u32| match id < flat_count {
-        true => triangles.bounds(id),
-        false => sphere_bounds(&spheres[of_sphere(id)]),
+    let bounds = |id: u32| match &stand_in {
+        Some((shape, _)) if shape.id == id => stand_in_bounds(shape),
+        _ if id < flat_count => triangles.bounds(id),
+        _ => sphere_bounds(&spheres[of_sphere(id)]),
     };
     let bvh = if brute {
         Bvh {
@@ -149,18 +185,40 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         bvh::build_prims(prims, &wanted, if exact { None } else { Some(&bounds) })
     };
     let (triangle_order, sphere_order) = bvh.order.split_at(count);
-    let (packed_triangles, flat_normals) = triangles.packed(triangle_order);
-    let (media_capacity, mut eye_media) = media(&solids);
+    let (packed_triangles, flat_normals) = match stand_in {
+        Some((shape, normal)) => (vec![shape], vec![normal]),
+        None => triangles.packed(triangle_order),
+    };
+    let corner_normals = match triangles.any_smooth || on(Feature::SmoothNormals) {
+        true if stand_in.is_some() => vec![double::CornerNormals::default()],
+        true => triangles.corner_normals(triangle_order),
+        false => Vec::new(),
+    };
+    let (at_once, mut eye_media) = media(&solids);
+    let least = if on(Feature::NestedMedia) { 2 } else { u32::from(on(Feature::Refraction)) };
+    let media_capacity = at_once.max(least);
+    eye_media.resize(media_capacity as usize, 0);
     let eye_in = solids.iter().filter(|s| s.contains_eye).count();
     if planted(Defect::EyeInAir) {
         eye_media.fill(0);
     }
     let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
+    let branching = used().any(branches);
+    let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
+    found = Found { mirrors, solids_at_once: at_once, branching, ..found };
+    let reach = match on(Feature::Secondary) {
+        true => Reach::unlimited(branching),
+        false => Reach::new(used(), at_once > 1, branching),
+    };
+    let mut lights: Vec<double::Light> = scene.lights.iter().map(|l| light(l, &frame)).collect();
+    while on(Feature::Lights) && lights.len() < 2 {
+        lights.push(found::light(lights.first()));
+    }
     Packed {
         frame,
         triangles: packed_triangles,
         flat_normals,
-        corner_normals: triangles.corner_normals(triangle_order),
+        corner_normals,
         spheres: sphere_order.iter().map(|id| spheres[of_sphere(*id)]).collect(),
         wide_spheres,
         nodes: bvh.nodes,
@@ -168,14 +226,15 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         bvh_depth: bvh.depth,
         bvh_stack: bvh.stack,
         materials: scene.materials.iter().map(material).collect(),
-        lights: scene.lights.iter().map(|l| light(l, &frame)).collect(),
+        lights,
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
         eye_media,
         eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
-        mirror: used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0)),
-        branching: used().any(branches),
+        found,
+        reach,
+        branching: branching || on(Feature::Branching),
         degenerate_triangles: degenerate,
     }
 }
@@ -251,16 +310,16 @@ impl Packed {
     /// What the scene requires, in plain words.
     pub fn features(&self) -> Vec<&'static str> {
         [
-            ("triangles", !self.triangles.is_empty()),
-            ("smooth normals", !self.corner_normals.is_empty()),
-            ("spheres", !self.spheres.is_empty()),
-            ("spheres beyond single precision", !self.wide_spheres.is_empty()),
+            ("triangles", self.found.triangles > 0),
+            ("smooth normals", self.found.smooth_normals),
+            ("spheres", self.found.spheres > 0),
+            ("spheres beyond single precision", self.found.wide_spheres > 0),
             ("bvh", self.bvh_depth > 0),
-            ("lights", !self.lights.is_empty()),
-            ("mirror", self.mirror),
-            ("refraction", self.media_capacity > 0),
-            ("nested media", self.media_capacity > 1),
-            ("branching", self.branching),
+            ("lights", self.found.lights > 0),
+            ("mirror", self.found.mirrors),
+            ("refraction", self.found.solids_at_once > 0),
+            ("nested media", self.found.solids_at_once > 1),
+            ("branching", self.found.branching),
         ]
         .into_iter()
         .filter_map(|(name, there)| there.then_some(name))

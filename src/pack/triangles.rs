@@ -232,11 +232,8 @@ impl<'a> Triangles<'a> {
         (triangles, normals)
     }
 
-    /// Their corner normals, if any triangle has some; zero for the flat ones.
+    /// Their corner normals; zero for the flat ones.
     pub fn corner_normals(&self, order: &[u32]) -> Vec<double::CornerNormals> {
-        if !self.any_smooth {
-            return Vec::new();
-        }
         let one = |id: &u32| {
             let [a, b, c] = self.get(*id).smooth.map_or([[0.0; 3]; 3], |n| n.map(|n| n.to_array()));
             double::CornerNormals { a, b, c }

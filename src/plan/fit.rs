@@ -8,7 +8,7 @@ use crate::settings::Settings;
 use crate::units;
 
 /// Share of the heap that a plan may take, in eighths.
-const HEAP_EIGHTHS: u64 = 6;
+pub(crate) const HEAP_EIGHTHS: u64 = 6;
 
 /// Buffers that grow with a scene's primitives.
 const OF_PRIMITIVES: [Buf; 6] =

@@ -293,7 +293,8 @@ impl Frame {
     }
 
     /// Records the frame for `samples` samples of every pixel of `part`.
-    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, last_depth: u32) {
+    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) {
+        let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
         let items = part.pixels * samples;
         let push = Push {
             tile_x: part.x,

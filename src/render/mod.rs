@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod frame;
+mod share;
 mod survey;
 mod tally;
 mod tile;
@@ -9,11 +10,12 @@ mod unfinished;
 mod upload;
 
 pub(crate) use frame::mean;
+pub use share::{Run, Share};
 pub use survey::Survey;
+pub(crate) use tally::settings_info;
 pub(crate) use tile::{Tile, tiles};
 pub use unfinished::{Begun, Mismatch, Unfinished};
 
-use crate::abi::Specialisation;
 use crate::coincident;
 use crate::kernels::Kernel;
 use crate::pack::pack;
@@ -104,8 +106,8 @@ impl From<PlanError> for RenderError {
     }
 }
 
-/// What kernels are compiled for: double precision or not, specialisation constants by id.
-type Variant = (bool, Vec<(u32, u32)>);
+/// What kernels are compiled for: double precision or not, which they are, specialisation constants by id.
+type Variant = (bool, Vec<Kernel>, Vec<(u32, u32)>);
 
 /// A device, ready to render.
 pub struct Renderer {
@@ -245,7 +247,7 @@ impl Renderer {
         trace.phases.push(Phase::since("build", start));
 
         let start = Instant::now();
-        let (pipelines, fresh) = self.pipelines(&plan.specialisation, settings.precision)?;
+        let (pipelines, fresh) = self.pipelines(&plan, settings.precision)?;
         let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
         frame.recorder.omit_barrier_after(self.omitted_barrier);
         frame.poison = self.poison;
@@ -294,15 +296,16 @@ impl Renderer {
 
     pub(crate) fn pipelines(
         &mut self,
-        s: &Specialisation,
+        plan: &Plan,
         precision: Precision,
     ) -> Result<(Rc<Pipelines>, bool), RenderError> {
         let double = precision == Precision::Double;
-        let key = (double, s.values());
+        let (kernels, s) = (plan.kernels(), &plan.specialisation);
+        let key = (double, kernels.clone(), s.values());
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, crate::passes::all().map(|p| p.kernel), s, double)?);
+        let built = Rc::new(Pipelines::new(&self.device, kernels.into_iter(), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }

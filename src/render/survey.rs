@@ -60,7 +60,7 @@ impl Survey {
         let plan = Plan::survey(&packed, &settings, &renderer.device.limits())?;
         let built = start.elapsed();
         let start = Instant::now();
-        let (pipelines, fresh) = renderer.pipelines(&plan.specialisation, settings.precision)?;
+        let (pipelines, fresh) = renderer.pipelines(&plan, settings.precision)?;
         let mut frame = Frame::new(&renderer.device, pipelines, &packed, scene, &settings, &plan)?;
         frame.poison = renderer.poison;
         if fresh {

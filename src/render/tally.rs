@@ -75,9 +75,9 @@ impl Tally {
         let mut report = Report {
             scene: SceneInfo {
                 file: String::new(),
-                triangles: packed.triangles.len() as u64,
-                spheres: packed.spheres.len() as u64,
-                lights: packed.lights.len() as u64,
+                triangles: packed.found.triangles,
+                spheres: packed.found.spheres,
+                lights: packed.found.lights,
                 local_frame: LocalFrameInfo {
                     center: packed.frame.center.to_array(),
                     scale_log2: packed.frame.scale_log2,
@@ -89,6 +89,7 @@ impl Tally {
                 bytes: plan.bytes(),
                 tiles: self.tiles,
                 batches: self.batches,
+                known_shapes: plan.specialisation.few_known != 0,
             },
             counters: Counters {
                 degenerate_triangles: packed.degenerate_triangles,
@@ -135,7 +136,7 @@ impl Tally {
 }
 
 /// The settings as the report names them.
-pub(super) fn settings_info(settings: &Settings) -> SettingsInfo {
+pub(crate) fn settings_info(settings: &Settings) -> SettingsInfo {
     SettingsInfo {
         width: settings.width,
         height: settings.height,

@@ -84,6 +84,12 @@ impl Buffers {
         allocation.mapped_slice_mut()
     }
 
+    /// Bytes of memory that all of them took, staging included.
+    pub fn taken(&self) -> u64 {
+        let slots = self.slots.iter().chain([&self.staging, &self.marker]);
+        slots.filter_map(|s| s.allocation.as_ref()).map(Allocation::size).sum()
+    }
+
     pub(super) fn staging(&self) -> vk::Buffer {
         self.staging.handle
     }

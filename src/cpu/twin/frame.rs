@@ -90,6 +90,7 @@ fn batch(
     samples: u32,
 ) {
     let spec = &plan.specialisation;
+    let last_depth = plan.reach.last_depth(settings.depth, settings.cutoff);
     let items = tile.pixels() * samples;
     let push = Push {
         tile_x: tile.x,
@@ -100,7 +101,7 @@ fn batch(
         batch_samples: samples,
         samples: settings.samples,
         seed: settings.seed,
-        last_depth: settings.depth,
+        last_depth,
         capacity: plan.capacity,
         items,
         cutoff: settings.cutoff,
@@ -117,12 +118,12 @@ fn batch(
     for pass in PROLOGUE {
         memory.run(pass.kernel, spec, &push);
     }
-    for depth in 1..=settings.depth {
+    for depth in 1..=last_depth {
         let push = Push { depth, ..push };
         for pass in PER_DEPTH {
             match pass.when {
                 When::Always => memory.run(pass.kernel, spec, &push),
-                When::NotLast if depth < settings.depth => memory.run(pass.kernel, spec, &push),
+                When::NotLast if depth < last_depth => memory.run(pass.kernel, spec, &push),
                 When::Branching if spec.branching != 0 => memory.run(pass.kernel, spec, &push),
                 When::PerLights => {
                     let mut begin = 0;
@@ -139,11 +140,11 @@ fn batch(
                 When::NotLast | When::Branching => {}
             }
         }
-        if depth < settings.depth {
+        if depth < last_depth {
             memory.next_depth();
         }
     }
-    if settings.depth.is_multiple_of(2) {
+    if last_depth.is_multiple_of(2) {
         // The next batch starts with the buffers under their own names again, as on the device.
         memory.next_depth();
     }

@@ -1,0 +1,165 @@
+//! The specialised kernels' image is the general ones', bit for bit: on every scene, each feature that it lacks
+//! switched on alone, and all together.
+
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{render, renderer, scenes, small};
+use whitted::cpu::twin;
+use whitted::defect::Defect;
+use whitted::general::{Feature, General};
+use whitted::pack::pack;
+use whitted::plan::{Limits, Plan};
+use whitted::receipt::differing;
+use whitted::scene::{self, Scene};
+use whitted::settings::{Schedule, Settings};
+
+/// Settings with `general` switched on.
+fn with(settings: &Settings, general: General) -> Settings {
+    let schedule = Schedule { general, ..settings.schedule };
+    Settings { schedule, ..settings.clone() }
+}
+
+/// A few pixels of few samples.
+fn tiny(scene: &Scene) -> Settings {
+    let settings = small(scene, 33, 2, 3);
+    Settings { depth: settings.depth.clamp(3, 5), ..settings }
+}
+
+/// On the device, since kernels take long to prepare, in one test: each scene's own image is rendered once.
+#[test]
+fn general_kernels_change_no_bit() {
+    let mut renderer = renderer();
+    let limits = renderer.device().limits();
+    let (mut known, mut alone) = (0, Vec::new());
+    for (name, scene) in scenes() {
+        let settings = tiny(&scene);
+        let plan = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &limits).unwrap();
+        let own = render(&mut renderer, &scene, &settings);
+
+        let all = render(&mut renderer, &scene, &with(&settings, General::all()));
+        assert_eq!(differing(&own.linear, &all.linear), 0, "{name}");
+        assert_eq!(own.report.counters, all.report.counters, "{name}");
+        let rays = |r: &whitted::report::RayInfo| (r.primary, r.reflection, r.refraction);
+        assert_eq!(rays(&own.report.rays), rays(&all.report.rays), "{name}");
+
+        // Shapes as constants, on top of all else that is specialised.
+        let schedule = Schedule { constants: Some(true), ..settings.schedule };
+        let constants = Settings { schedule, ..settings.clone() };
+        if plan(&constants).specialisation.few_known != 0 {
+            known += 1;
+            let few = render(&mut renderer, &scene, &constants);
+            assert_eq!(differing(&own.linear, &few.linear), 0, "{name}");
+        }
+
+        // Each feature alone, in the first of these scenes that lacks it; the twins do so in every scene.
+        if !["cornell", "fence", "many_lights"].contains(&name.as_str()) {
+            continue;
+        }
+        for feature in Feature::ALL {
+            let general = with(&settings, General::default().with(*feature));
+            let (a, b) = (plan(&settings), plan(&general));
+            let is_absent = a.specialisation != b.specialisation || a.last_depth != b.last_depth;
+            if is_absent && !alone.contains(feature) {
+                alone.push(*feature);
+                let other = render(&mut renderer, &scene, &general);
+                assert_eq!(differing(&own.linear, &other.linear), 0, "{name} with {feature}");
+            }
+        }
+    }
+    assert!(known >= 3, "only {known} scenes have few shapes");
+    // No scene is without triangles; constants were tried above.
+    let untried: Vec<_> = Feature::ALL.iter().filter(|f| !alone.contains(*f)).collect();
+    assert_eq!(untried, [&Feature::Triangles, &Feature::LoadedShapes]);
+}
+
+const TWIN: Limits = Limits {
+    storage_range: 1 << 27,
+    heap: 1 << 31,
+    workgroup_invocations: 256,
+    texel_elements: 1 << 27,
+    shuffle_lanes: 8,
+    is_cpu: true,
+};
+
+/// The image by the kernels' twins.
+fn by_twins(scene: &Scene, settings: &Settings) -> Vec<[f32; 3]> {
+    let packed = pack(scene, settings, None);
+    let plan = Plan::new(&packed, settings, &TWIN).unwrap();
+    twin::single::render(&packed, scene, settings, &plan).unwrap().0
+}
+
+#[test]
+fn each_feature_alone_changes_no_bit_of_any_scene() {
+    for (name, scene) in scenes() {
+        let settings = tiny(&scene);
+        let own = by_twins(&scene, &settings);
+        for feature in Feature::ALL {
+            let general = by_twins(&scene, &with(&settings, General::default().with(*feature)));
+            assert_eq!(differing(&own, &general), 0, "{name} with {feature}");
+        }
+    }
+}
+
+/// A scene of nothing but a sphere lacks what no scene of the repository does: triangles. An empty one lacks all.
+#[test]
+fn scenes_of_one_thing_and_of_none() {
+    let text = "[camera]\nlook_from = [0, 0, 5]\nlook_at = [0, 0, 0]\nwidth = 20\nheight = 20\n\
+                [render]\nbackground = [0.1, 0.2, 0.3]\nsamples = 2\n\
+                [[light]]\nposition = [2, 3, 4]\nintensity = 30\n";
+    let material = "[material.m]\ndiffuse = [0.5, 0.6, 0.7]\nsecondary = 0.5\nfresnel = \"exact\"\n";
+    let sphere = "[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"m\"\n";
+    for text in [text.to_owned() + material + sphere, text.to_owned() + material] {
+        let scene = scene::parse_str(&text, std::path::Path::new("one.toml")).unwrap();
+        let settings = Settings { depth: 3, ..Settings::of(&scene) };
+        let own = by_twins(&scene, &settings);
+        for general in Feature::ALL.iter().map(|f| General::default().with(*f)).chain([General::all()]) {
+            assert_eq!(differing(&own, &by_twins(&scene, &with(&settings, general))), 0, "{general:?}");
+        }
+        let mut renderer = renderer();
+        let device = render(&mut renderer, &scene, &with(&settings, General::all()));
+        assert_eq!(differing(&render(&mut renderer, &scene, &settings).linear, &device.linear), 0);
+    }
+}
+
+/// A general kernel that is wrong in one detail is caught.
+#[test]
+fn a_planted_defect_is_noticed() {
+    let (_, scene) = scenes().into_iter().find(|(name, _)| name == "cornell").unwrap();
+    let settings = tiny(&scene);
+    let mut renderer = renderer();
+    let own = render(&mut renderer, &scene, &settings);
+    // Another triangle test: t has other last bits.
+    let planted = Settings { planted: Some(Defect::MoellerTrumbore), ..with(&settings, General::all()) };
+    let wrong = render(&mut renderer, &scene, &planted);
+    assert!(differing(&own.linear, &wrong.linear) > 0, "a defect in the general kernels is not noticed");
+}
+
+#[test]
+fn passes_end_where_light_must() {
+    let (_, scene) = scenes().into_iter().find(|(name, _)| name == "many_lights").unwrap();
+    let settings = Settings { depth: 9, ..tiny(&scene) };
+    let mut renderer = renderer();
+    let own = render(&mut renderer, &scene, &settings);
+    assert!(own.report.passes.iter().all(|p| p.depth <= 1 && p.name != "scan" && p.name != "spawn"));
+    let deep = with(&settings, General::default().with(Feature::Secondary));
+    let general = render(&mut renderer, &scene, &deep);
+    assert_eq!(general.report.passes.iter().map(|p| p.depth).max(), Some(9));
+    assert_eq!(differing(&own.linear, &general.linear), 0);
+}
+
+/// Cornell's surfaces hand on 0.8 of a ray at most: 0.8^3 = 0.512 is traced at --cutoff 0.5, 0.8^4 = 0.41 is not.
+#[test]
+fn a_cutoff_ends_the_passes_and_changes_no_bit() {
+    let (_, scene) = scenes().into_iter().find(|(name, _)| name == "cornell").unwrap();
+    let mut settings = Settings { depth: 8, cutoff: 0.5, ..tiny(&scene) };
+    let last = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &TWIN).unwrap().last_depth;
+    assert_eq!((pack(&scene, &settings, None).reach.weight, last(&settings)), (0.8, 4));
+    let own = by_twins(&scene, &settings);
+    let general = by_twins(&scene, &with(&settings, General::default().with(Feature::Secondary)));
+    assert_eq!(differing(&own, &general), 0);
+    settings.cutoff = 0.0;
+    assert_eq!(last(&settings), 8);
+}
