@@ -37,8 +37,8 @@ real before_light(real3 light, real3 segment) {
     return share < 0.5 ? 1.0 - share : real(0.5);
 }
 
-// Light through light `l`, if nothing is between: intensity * cos / distance^2. No branch around the
-// walk by brute force: loads outside control flow are cheaper (trace.glsl).
+// Light through light `l`, if nothing is between: intensity * cos / distance^2. On a software
+// device no branch around the tests: loads outside control flow are cheaper (trace.glsl), and packets are whole.
 vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     real3 to_light = lights[l].position - s.position;
     real along = dot3(to_light, s.normal);
@@ -58,7 +58,7 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
     real limit = faces ? before_light(lights[l].position, direction) : real(0.0);
-    if (!by_tree || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;
+    if ((!by_tree && texels != 0u) || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;
     shadow_rays += faces ? 1u : 0u;
     return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
