@@ -16,3 +16,12 @@ uint sum_lanes(uint x) {
     }
     return all;
 }
+
+// Texels of a node or of a leaf, one or two with each lane.
+struct Pieces {
+    uvec4 first, second;
+};
+#define GATHER(x, at, last) Pieces(texelFetch(x##_texels, int((at) + min(gl_SubgroupInvocationID, last))), \
+    lanes < 8u ? texelFetch(x##_texels, int((at) + min(gl_SubgroupInvocationID + 4u, last))) : uvec4(0u))
+#define LOW_PIECE(p, k) subgroupShuffle(p.first, k)
+#define HIGH_PIECE(p, k, k_less_4) (lanes < 8u ? subgroupShuffle(p.second, k_less_4) : subgroupShuffle(p.first, k))

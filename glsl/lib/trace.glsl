@@ -5,6 +5,9 @@
 #include "triangle.glsl"
 #include "sphere.glsl"
 #include "box.glsl"
+#ifdef LANES
+#include "lanes.glsl"
+#endif
 
 // Larger than any t in the local frame, yet finite.
 const real FAR = 3.0e38;
@@ -146,6 +149,34 @@ void walk_few(TraceRay r, bool any, inout Best best) {
     [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, spheres[i], r);
 #endif
     const uint are_triangles = few_triangles < 32u ? (1u << few_triangles) - 1u : 0xffffffffu;
+#ifdef LANES
+    // The lanes take each candidate of any of them together, so that one fetch serves all. Loops end in their
+    // conditions (packet.glsl), so each body runs once at least, for nobody if need be.
+    if (few_triangles != 0u) {
+        uint of_any = any_lane(candidates & are_triangles);
+        do {
+            uint i = min(uint(findLSB(of_any)), few_triangles - 1u);
+            Pieces p = GATHER(triangles, i * 4u, 3u);
+            Triangle t;
+            unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
+            bool mine = (candidates >> i & 1u) != 0u && !(any && best.primitive != NONE);
+            if (mine) try_triangle(t, i, r, best);
+            of_any &= of_any - 1u;
+        } while (of_any != 0u);
+    }
+    if (few_spheres != 0u) {
+        uint of_any = any_lane(candidates & ~are_triangles);
+        do {
+            uint i = min(uint(findLSB(of_any)) - few_triangles, few_spheres - 1u);
+            Pieces p = GATHER(spheres, i * 2u, 1u);
+            Sphere s;
+            unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
+            bool mine = (candidates >> (few_triangles + i) & 1u) != 0u && !(any && best.primitive != NONE);
+            if (mine) try_sphere(s, triangle_count + i, r, best);
+            of_any &= of_any - 1u;
+        } while (of_any != 0u);
+    }
+#else
     uint left = candidates & are_triangles;
     while (left != 0u) {
         test_triangle(findLSB(left), r, best);
@@ -156,6 +187,7 @@ void walk_few(TraceRay r, bool any, inout Best best) {
         test_sphere(triangle_count + findLSB(left) - few_triangles, r, best);
         left = any && best.primitive != NONE ? 0u : left & (left - 1u);
     }
+#endif
 }
 
 void walk_brute(TraceRay r, bool any, inout Best best) {
@@ -174,9 +206,6 @@ const bool tree_spheres = sphere_count != 0u && loose_spheres == 0u;
 // No node and no leaf: the end of a walk.
 const uint DONE = 0xffffffffu;
 
-#ifdef LANES
-#include "lanes.glsl"
-#endif
 #ifdef PACKETS
 #include "packet.glsl"
 #else
