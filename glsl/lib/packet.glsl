@@ -33,13 +33,13 @@ void test_loose(TraceRay r, bool alive, bool any, inout Best best) {
         Pieces p = GATHER(triangles, i * 4u, 3u);
         Triangle t;
         unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
-        if (alive && !(any && best.primitive != NONE)) try_triangle(t, i, r, best);
+        try_triangle(t, i, alive && !(any && best.primitive != NONE), r, best);
     }
     for (uint i = 0u; i < few_spheres; i++) {
         Pieces p = GATHER(spheres, i * 2u, 1u);
         Sphere s;
         unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
-        if (alive && !(any && best.primitive != NONE)) try_sphere(s, triangle_count + i, r, best);
+        try_sphere(s, triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
     }
 }
 
@@ -111,13 +111,13 @@ void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
                 Pieces p = GATHER(triangles, (leaf ? at : 0u) * 4u, 3u);
                 Triangle t;
                 unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
-                if (leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count)) try_triangle(t, at, r, best);
+                try_triangle(t, at, leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count), r, best);
             }
             if (tree_spheres) {
                 Pieces p = GATHER(spheres, (leaf && at >= triangle_count ? at - triangle_count : 0u) * 2u, 1u);
                 Sphere s;
                 unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
-                if (leaf && limit >= 0.0 && at >= triangle_count) try_sphere(s, at, r, best);
+                try_sphere(s, at, leaf && limit >= 0.0 && at >= triangle_count, r, best);
             }
             limit = limit >= 0.0 ? (any && best.primitive != NONE ? real(-1.0) : best.t) : limit;
             top -= more == 0u && leaf ? 1u : 0u;
@@ -127,6 +127,7 @@ void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
             if (any) current = any_lane(limit >= 0.0 ? 1u : 0u) == 0u ? DONE : current;
             steps++;
         } while ((current & LEAF_BIT) != 0u && current != DONE);
+        steps++; // lavapipe's limit is on the iterations of all loops
     } while (current != DONE);
     if (overflowed && alive) atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
     if (steps > loop_cap && alive) atomicAdd(counters[COUNTER_LOOP_CAP], 1u);

@@ -39,48 +39,52 @@ struct Best {
 bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
     real3 e1 = t.b - t.a, e2 = t.c - t.a, to = t.a - r.origin;
     real m1 = max_component(e1), m2 = max_component(e2);
-    if (distance * max_component(r.direction) > (m1 > m2 ? m1 : m2)) return false;
+    bool is_far = distance * max_component(r.direction) > (m1 > m2 ? m1 : m2);
     real height = dot3(normal, to), along = dot3(normal, r.direction);
     real unsure = (8.0 * U) * max_component(to), parallel = (8.0 * U) * max_component(r.direction);
-    return (height < -unsure && along > parallel) || (height > unsure && along < -parallel);
+    return !is_far && ((height < -unsure && along > parallel) || (height > unsure && along < -parallel));
 }
 
 // Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
 // confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
 // then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
-void take_hit(Best h, real3 lo, real3 hi, TraceRay r, inout Best best) {
+void take_hit(Best h, bool hit, real3 lo, real3 hi, TraceRay r, inout Best best) {
+    // One condition and no early return: lavapipe would keep the values of each way out.
     if (robust != 0u && defect != DEFECT_UNCONFINED) {
         real near, far;
         box_interval(lo, hi, r.origin, r.inverse, near, far);
-        if (near > far) return;
+        hit = hit && !(near > far);
         h.t = h.t < near ? near : (h.t > far ? far : h.t);
     }
-    if (h.t > best.t) return;
     // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
-    if (h.t < best.t || (best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && h.id < best.id)) {
-        best = h;
-    }
+    bool wins_tie = h.t == best.t && best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && h.id < best.id;
+    bool take = hit && (h.t < best.t || wins_tie);
+    best.t = take ? h.t : best.t;
+    best.u = take ? h.u : best.u;
+    best.v = take ? h.v : best.v;
+    best.primitive = take ? h.primitive : best.primitive;
+    best.id = take ? h.id : best.id;
 }
 
-void try_triangle(Triangle t, uint primitive, TraceRay r, inout Best best) {
+// `may`: the ray is to be tested at all.
+void try_triangle(Triangle t, uint primitive, bool may, TraceRay r, inout Best best) {
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Best h;
     h.primitive = primitive;
     h.id = t.id;
-    if (hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v) && primitive != skip) {
-        // Only a ray that leaves a surface starts in doubt about a plane.
-        if (robust != 0u && r.skip != NONE && recedes(t, geometric_normal(t), r, h.t)) return;
-        real3 lo, hi;
-        triangle_box(t, lo, hi);
-        take_hit(h, lo, hi, r, best);
-    }
+    bool hit = hit_triangle(t, r.origin, r.direction, r.shear, h.t, h.u, h.v);
+    // Only a ray that leaves a surface starts in doubt about a plane.
+    bool false_hit = robust != 0u && r.skip != NONE && recedes(t, geometric_normal(t), r, h.t);
+    real3 lo, hi;
+    triangle_box(t, lo, hi);
+    take_hit(h, may && hit && primitive != skip && !false_hit, lo, hi, r, best);
 }
 
 void test_triangle(uint primitive, TraceRay r, inout Best best) {
-    try_triangle(load_triangles(primitive), primitive, r, best);
+    try_triangle(load_triangles(primitive), primitive, true, r, best);
 }
 
-void try_sphere(Sphere s, uint primitive, TraceRay r, inout Best best) {
+void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best) {
     uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Best h = Best(0.0, 0.0, 0.0, primitive, s.id);
     bool hit;
@@ -91,15 +95,13 @@ void try_sphere(Sphere s, uint primitive, TraceRay r, inout Best best) {
     } else {
         hit = hit_sphere(s, r.origin, r.direction, primitive == skip, h.t);
     }
-    if (hit) {
-        real3 lo, hi;
-        sphere_box(s, lo, hi);
-        take_hit(h, lo, hi, r, best);
-    }
+    real3 lo, hi;
+    sphere_box(s, lo, hi);
+    take_hit(h, may && hit, lo, hi, r, best);
 }
 
 void test_sphere(uint primitive, TraceRay r, inout Best best) {
-    try_sphere(load_spheres(primitive - triangle_count), primitive, r, best);
+    try_sphere(load_spheres(primitive - triangle_count), primitive, true, r, best);
 }
 
 // Two of the forms that a kernel is compiled in settle what the third leaves to specialisation.
@@ -160,7 +162,7 @@ void walk_few(TraceRay r, bool any, inout Best best) {
             Triangle t;
             unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
             bool mine = (candidates >> i & 1u) != 0u && !(any && best.primitive != NONE);
-            if (mine) try_triangle(t, i, r, best);
+            try_triangle(t, i, mine, r, best);
             of_any &= of_any - 1u;
         } while (of_any != 0u);
     }
@@ -172,7 +174,7 @@ void walk_few(TraceRay r, bool any, inout Best best) {
             Sphere s;
             unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
             bool mine = (candidates >> (few_triangles + i) & 1u) != 0u && !(any && best.primitive != NONE);
-            if (mine) try_sphere(s, triangle_count + i, r, best);
+            try_sphere(s, triangle_count + i, mine, r, best);
             of_any &= of_any - 1u;
         } while (of_any != 0u);
     }
@@ -289,8 +291,10 @@ void walk_bvh(TraceRay r, bool any, inout Best best) {
                 at++;
                 steps++;
             }
+            steps++; // of this loop too: lavapipe's limit is on the iterations of all
             if (steps > loop_cap) break;
         }
+        steps++;
         if (steps > loop_cap) {
             atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
             break;
