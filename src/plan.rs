@@ -30,6 +30,18 @@ pub struct Limits {
     pub is_cpu: bool,
 }
 
+impl Limits {
+    /// Those of lavapipe 22.3 with vectors of 8 lanes: plans without a device, as the twins take them, are made for it.
+    pub const LAVAPIPE: Limits = Limits {
+        storage_range: 1 << 27,
+        heap: 1 << 31,
+        workgroup_invocations: 1024,
+        texel_elements: 1 << 27,
+        shuffle_lanes: 8,
+        is_cpu: true,
+    };
+}
+
 /// Bytes of a texel: four words.
 pub const TEXEL_BYTES: u64 = 16;
 
@@ -289,10 +301,8 @@ impl Plan {
     fn walks_in_packets(&self, settings: &Settings, limits: &Limits) -> bool {
         self.specialisation.use_bvh != 0
             && self.lanes_join(limits)
-            && settings
-                .schedule
-                .packets
-                .unwrap_or(limits.is_cpu && !settings.schedule.general.has(Feature::LoneRays))
+            && limits.is_cpu
+            && !settings.schedule.general.has(Feature::LoneRays)
     }
 
     /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.

@@ -11,15 +11,7 @@ fn plan(name: &str, depth: u32) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = scene::load(&path).expect("a scene");
     let settings = Settings { depth, ..Settings::of(&scene) };
-    let limits = Limits {
-        storage_range: 1 << 27,
-        heap: 1 << 31,
-        workgroup_invocations: 1024,
-        shuffle_lanes: 8,
-        is_cpu: true,
-        texel_elements: 1 << 27,
-    };
-    Plan::new(&pack(&scene, &settings, None), &settings, &limits).expect("a plan")
+    Plan::new(&pack(&scene, &settings, None), &settings, &Limits::LAVAPIPE).expect("a plan")
 }
 
 /// Kernel, depth and microseconds.

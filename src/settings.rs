@@ -183,8 +183,6 @@ pub struct Schedule {
     pub hierarchy: Hierarchy,
     /// A small scene's shapes as constants of the kernels, which are then compiled for it alone.
     pub constants: Option<bool>,
-    /// Rays of a subgroup walk the hierarchy together, on a software device.
-    pub packets: Option<bool>,
     /// Features that kernels have although the scene lacks them.
     pub general: General,
 }

@@ -8,6 +8,7 @@ mod common;
 use common::{render, renderer, scenes, small};
 use std::path::Path;
 use std::process::Command;
+use whitted::general::{Feature, General};
 use whitted::image::linear_sha256;
 use whitted::render::Rendered;
 use whitted::report::Report;
@@ -53,7 +54,7 @@ fn tiles_batches_and_groups_change_no_bit() {
         // Shapes as constants of the kernels, where there are few.
         with(Schedule { constants: Some(true), ..none });
         // Rays of a subgroup apart, where a hierarchy is walked.
-        with(Schedule { packets: Some(false), ..none });
+        with(Schedule { general: General::default().with(Feature::LoneRays), ..none });
         let mut other = settings.clone();
         other.seed += 1;
         assert_ne!(

@@ -75,19 +75,10 @@ fn general_kernels_change_no_bit() {
     assert_eq!(untried, [&Feature::Triangles, &Feature::LoadedShapes]);
 }
 
-const TWIN: Limits = Limits {
-    storage_range: 1 << 27,
-    heap: 1 << 31,
-    workgroup_invocations: 256,
-    texel_elements: 1 << 27,
-    shuffle_lanes: 8,
-    is_cpu: true,
-};
-
 /// The image by the kernels' twins.
 fn by_twins(scene: &Scene, settings: &Settings) -> Vec<[f32; 3]> {
     let packed = pack(scene, settings, None);
-    let plan = Plan::new(&packed, settings, &TWIN).unwrap();
+    let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE).unwrap();
     twin::single::render(&packed, scene, settings, &plan).unwrap().0
 }
 
@@ -155,7 +146,7 @@ fn passes_end_where_light_must() {
 fn a_cutoff_ends_the_passes_and_changes_no_bit() {
     let (_, scene) = scenes().into_iter().find(|(name, _)| name == "cornell").unwrap();
     let mut settings = Settings { depth: 8, cutoff: 0.5, ..tiny(&scene) };
-    let last = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &TWIN).unwrap().last_depth;
+    let last = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &Limits::LAVAPIPE).unwrap().last_depth;
     assert_eq!((pack(&scene, &settings, None).reach.weight, last(&settings)), (0.8, 4));
     let own = by_twins(&scene, &settings);
     let general = by_twins(&scene, &with(&settings, General::default().with(Feature::Secondary)));

@@ -25,3 +25,16 @@ struct Pieces {
     lanes < 8u ? texelFetch(x##_texels, int((at) + min(gl_SubgroupInvocationID + 4u, last))) : uvec4(0u))
 #define LOW_PIECE(p, k) subgroupShuffle(p.first, k)
 #define HIGH_PIECE(p, k, k_less_4) (lanes < 8u ? subgroupShuffle(p.second, k_less_4) : subgroupShuffle(p.first, k))
+
+Triangle gather_triangle(uint i) {
+    Pieces p = GATHER(triangles, i * 4u, 3u);
+    Triangle t;
+    unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
+    return t;
+}
+Sphere gather_sphere(uint i) {
+    Pieces p = GATHER(spheres, i * 2u, 1u);
+    Sphere s;
+    unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
+    return s;
+}

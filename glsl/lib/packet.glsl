@@ -30,16 +30,10 @@ void order_bits(inout uint t0, inout uint c0, inout uint t1, inout uint c1) {
 // The kind outside the hierarchy, one after the other.
 void test_loose(TraceRay r, bool alive, bool any, inout Best best) {
     for (uint i = 0u; i < few_triangles; i++) {
-        Pieces p = GATHER(triangles, i * 4u, 3u);
-        Triangle t;
-        unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
-        try_triangle(t, i, alive && !(any && best.primitive != NONE), r, best);
+        try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);
     }
     for (uint i = 0u; i < few_spheres; i++) {
-        Pieces p = GATHER(spheres, i * 2u, 1u);
-        Sphere s;
-        unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
-        try_sphere(s, triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
+        try_sphere(gather_sphere(i), triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
     }
 }
 
@@ -108,16 +102,12 @@ void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
             uint more = (current & ~LEAF_BIT) >> LEAF_FIRST_BITS;
             bool leaf = current != DONE;
             if (tree_triangles) {
-                Pieces p = GATHER(triangles, (leaf ? at : 0u) * 4u, 3u);
-                Triangle t;
-                unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
-                try_triangle(t, at, leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count), r, best);
+                bool mine = leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count);
+                try_triangle(gather_triangle(leaf ? at : 0u), at, mine, r, best);
             }
             if (tree_spheres) {
-                Pieces p = GATHER(spheres, (leaf && at >= triangle_count ? at - triangle_count : 0u) * 2u, 1u);
-                Sphere s;
-                unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
-                try_sphere(s, at, leaf && limit >= 0.0 && at >= triangle_count, r, best);
+                bool sphere = leaf && at >= triangle_count;
+                try_sphere(gather_sphere(sphere ? at - triangle_count : 0u), at, sphere && limit >= 0.0, r, best);
             }
             limit = limit >= 0.0 ? (any && best.primitive != NONE ? real(-1.0) : best.t) : limit;
             top -= more == 0u && leaf ? 1u : 0u;

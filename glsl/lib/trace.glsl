@@ -158,11 +158,8 @@ void walk_few(TraceRay r, bool any, inout Best best) {
         uint of_any = any_lane(candidates & are_triangles);
         do {
             uint i = min(uint(findLSB(of_any)), few_triangles - 1u);
-            Pieces p = GATHER(triangles, i * 4u, 3u);
-            Triangle t;
-            unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
             bool mine = (candidates >> i & 1u) != 0u && !(any && best.primitive != NONE);
-            try_triangle(t, i, mine, r, best);
+            try_triangle(gather_triangle(i), i, mine, r, best);
             of_any &= of_any - 1u;
         } while (of_any != 0u);
     }
@@ -170,11 +167,8 @@ void walk_few(TraceRay r, bool any, inout Best best) {
         uint of_any = any_lane(candidates & ~are_triangles);
         do {
             uint i = min(uint(findLSB(of_any)) - few_triangles, few_spheres - 1u);
-            Pieces p = GATHER(spheres, i * 2u, 1u);
-            Sphere s;
-            unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
             bool mine = (candidates >> (few_triangles + i) & 1u) != 0u && !(any && best.primitive != NONE);
-            try_sphere(s, triangle_count + i, mine, r, best);
+            try_sphere(gather_sphere(i), triangle_count + i, mine, r, best);
             of_any &= of_any - 1u;
         } while (of_any != 0u);
     }

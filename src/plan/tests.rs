@@ -6,16 +6,6 @@ use crate::stress::shapes::{cuboid, empty, glass};
 use bytemuck::zeroed_vec;
 use glam::DVec3;
 
-/// lavapipe's.
-const LAVAPIPE: Limits = Limits {
-    storage_range: 1 << 27,
-    heap: 1 << 31,
-    workgroup_invocations: 1024,
-    texel_elements: 1 << 27,
-    shuffle_lanes: 8,
-    is_cpu: true,
-};
-
 /// The least storage range that Vulkan promises, as some phones have it, and a quarter of a gigabyte.
 const SMALL: Limits = Limits {
     storage_range: 1 << 27,
@@ -58,7 +48,7 @@ fn check(plan: &Plan, limits: &Limits) {
 
 #[test]
 fn what_is_too_large_is_refused_with_what_fits() {
-    for limits in [LAVAPIPE, SMALL] {
+    for limits in [Limits::LAVAPIPE, SMALL] {
         let settings = Settings::of(&scene());
         let plan = |triangles: usize| Plan::new(&mesh(triangles), &settings, &limits);
         check(&plan(500_000).unwrap(), &limits);
@@ -79,17 +69,17 @@ fn texels_reach_further_than_storage() {
     // 134 MB of nodes alone.
     packed.nodes = zeroed_vec(1_300_000);
     let settings = Settings::of(&scene());
-    let plan = Plan::new(&packed, &settings, &LAVAPIPE).unwrap();
-    assert!(plan.buffer_bytes[Buf::Nodes as usize] > LAVAPIPE.storage_range);
-    check(&plan, &LAVAPIPE);
-    let without = Limits { is_cpu: false, ..LAVAPIPE };
+    let plan = Plan::new(&packed, &settings, &Limits::LAVAPIPE).unwrap();
+    assert!(plan.buffer_bytes[Buf::Nodes as usize] > Limits::LAVAPIPE.storage_range);
+    check(&plan, &Limits::LAVAPIPE);
+    let without = Limits { is_cpu: false, ..Limits::LAVAPIPE };
     let message = Plan::new(&packed, &settings, &without).unwrap_err().to_string();
     assert!(message.contains("for `nodes`"), "{message}");
 }
 
 #[test]
 fn large_images_and_deep_paths_are_cut_to_size() {
-    for limits in [LAVAPIPE, SMALL] {
+    for limits in [Limits::LAVAPIPE, SMALL] {
         for (side, samples, depth) in [(8192, 64, 4), (8192, 1, 64), (300, 1024, 64), (65_535, 1 << 24, 1024)]
         {
             let settings = Settings { width: side, height: side, samples, depth, ..Settings::of(&scene()) };

@@ -58,20 +58,10 @@ pub struct Twins {
     brute_force: Option<bool>,
 }
 
-/// lavapipe's limits: the twins take the same plans.
-const TWIN_LIMITS: Limits = Limits {
-    storage_range: 1 << 27,
-    heap: 1 << 31,
-    workgroup_invocations: 1024,
-    texel_elements: 1 << 27,
-    shuffle_lanes: 8,
-    is_cpu: true,
-};
-
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
         let packed = pack(scene, settings, self.brute_force);
-        let plan = Plan::new(&packed, settings, &TWIN_LIMITS)?;
+        let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
         let (linear, counts) = twin::render(&packed, scene, settings, &plan)
             .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
         let count = |i: u32| counts.counters[i as usize];
@@ -100,7 +90,7 @@ impl Tracer for Twins {
         settings: &Settings,
         rays: &[ProbeRay],
     ) -> Result<Probed, RenderError> {
-        probe_twins(scene, settings, rays, self.brute_force, &TWIN_LIMITS)
+        probe_twins(scene, settings, rays, self.brute_force, &Limits::LAVAPIPE)
     }
 
     fn force_brute_force(&mut self, brute_force: Option<bool>) {
