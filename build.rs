@@ -68,11 +68,8 @@ fn compile_all() -> Result<(), String> {
             accesses.push(module.bindings);
             module.texels.iter().for_each(|b| texels |= 1 << (b - abi::TEXELS_AT));
         }
-        if accesses.iter().any(|a| *a != accesses[0]) {
-            return Err(format!("{name}: its forms use different buffers"));
-        }
         let (mut reads, mut writes) = (0u64, 0u64);
-        for b in &accesses[0] {
+        for b in accesses.iter().flatten() {
             reads |= u64::from(b.reads) << b.binding;
             writes |= u64::from(b.writes) << b.binding;
         }

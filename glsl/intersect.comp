@@ -9,7 +9,7 @@ layout(local_size_x_id = 0) in;
 FETCHES_4(triangles)
 FETCHES_2(spheres)
 READS(wide_spheres)
-FETCHES_7(nodes)
+FETCHES_NODES
 FETCHES_3(rays)
 READS(queue)
 STORES_1(hits)

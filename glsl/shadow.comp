@@ -12,7 +12,7 @@ READS(camera)
 FETCHES_4(triangles)
 FETCHES_2(spheres)
 READS(wide_spheres)
-FETCHES_7(nodes)
+FETCHES_NODES
 FETCHES_2(materials)
 READS(lights)
 FETCHES_3(rays)

@@ -252,6 +252,21 @@ host {
         child_3: uint,
     }
 
+    /// A child of a compressed node of eight (Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs
+    /// Through Compressed Wide BVHs", HPG 2017), 16 bytes: a texel, which one lane of a packet fetches. Corners are
+    /// steps on the node's grid, 10 bits an axis, x lowest, rounded outward; a coordinate is origin + steps * step,
+    /// as the kernels round it. An absent child has the link NONE.
+    struct CompressedChild {
+        /// As a child of `Node`.
+        link: uint,
+        /// Least corner.
+        lo: uint,
+        /// Greatest corner.
+        hi: uint,
+        /// Bits of the node's grid, a number with each of its first six children: origin, step by axis.
+        grid: uint,
+    }
+
     /// A material, 32 bytes.
     struct Material {
         /// Linear RGB.
@@ -689,6 +704,8 @@ buffers! {
     wide_spheres / WideSpheres: "WideSphere";
     /// BVH, root first.
     nodes / Nodes: "Node";
+    /// The BVH's nodes as packets of rays read them, eight children each, root first.
+    compressed_nodes / CompressedNodes: "CompressedChild";
     /// Materials.
     materials / Materials: "Material";
     /// Lights.

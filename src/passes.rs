@@ -49,7 +49,7 @@ use Buf::*;
 
 /// The buffers of the scene that closest hit and occlusion read.
 macro_rules! shapes {
-    ($($more:ident),*) => { &[Triangles, Spheres, WideSpheres, Nodes, $($more),*] };
+    ($($more:ident),*) => { &[Triangles, Spheres, WideSpheres, Nodes, CompressedNodes, $($more),*] };
 }
 
 /// Once per batch, before the first depth.

@@ -237,6 +237,7 @@ impl Plan {
                     Buf::Spheres => packed.spheres.len() as u64,
                     Buf::WideSpheres => packed.wide_spheres.len() as u64,
                     Buf::Nodes => packed.nodes.len() as u64,
+                    Buf::CompressedNodes => packed.compressed_nodes.len() as u64,
                     Buf::Materials => packed.materials.len() as u64,
                     Buf::Lights => packed.lights.len() as u64,
                     Buf::SolidIors => packed.solid_iors.len() as u64,

@@ -10,6 +10,7 @@
 #define FETCHES_3(x) FETCHES_1(x)
 #define FETCHES_4(x) FETCHES_1(x)
 #define FETCHES_7(x) FETCHES_1(x)
+#define FETCHES_NODES FETCHES_7(nodes)
 #define STORES_1(x) WRITES(x) void store_##x(uint i, ELEMENT_##x v) { x[i] = v; }
 #define STORES_3(x) STORES_1(x)
 #define STORES_4(x) STORES_1(x)
@@ -48,6 +49,12 @@
     x##_stored[4u * i + 3u] = d; \
 }
 
+#ifdef PACKETS
+#define FETCHES_NODES FETCHES_1(compressed_nodes)
+#else
+#define FETCHES_NODES FETCHES_7(nodes)
+#endif
+
 uint word(float x) {
     return floatBitsToUint(x);
 }
@@ -70,6 +77,9 @@ void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, uvec4 e, uvec4 f, uvec4 g, out N
     v = Node(numbers(a.x, a.y, a.z), numbers(a.w, b.x, b.y), numbers(b.z, b.w, c.x), numbers(c.y, c.z, c.w),
              numbers(d.x, d.y, d.z), numbers(d.w, e.x, e.y), numbers(e.z, e.w, f.x), numbers(f.y, f.z, f.w),
              g.x, g.y, g.z, g.w);
+}
+void unpack(uvec4 a, out CompressedChild v) {
+    v = CompressedChild(a.x, a.y, a.z, a.w);
 }
 void unpack(uvec4 a, uvec4 b, out Material v) {
     v = Material(numbers(a.x, a.y, a.z), number(a.w), number(b.x), number(b.y), b.z, number(b.w));

@@ -6,23 +6,24 @@
 // `walk_bvh`, bit for bit, since neither nodes nor order decide them (numerics.md, Boxes).
 // All lanes of the subgroup must call it together.
 
-// Whether the ray meets the box within its limit; where it is entered, or would be.
-bool meets(real3 lo, real3 hi, TraceRay r, real limit, out real near) {
-    real far;
-    box_interval(lo, hi, r.origin, r.inverse, near, far);
-    return near <= far && near <= limit;
-}
-
-// Two children by the bits of their distances, which are not negative; the nearer first.
-void order_bits(inout uint t0, inout uint c0, inout uint t1, inout uint c1) {
-    bool swap = t1 < t0;
-    uint t = swap ? t1 : t0;
-    uint c = swap ? c1 : c0;
-    t1 = swap ? t0 : t1;
-    c1 = swap ? c0 : c1;
-    t0 = t;
-    c0 = c;
-}
+#define least2(a, b) ((a) < (b) ? (a) : (b))
+#define most2(a, b) ((a) > (b) ? (a) : (b))
+#define GRID(k) number(subgroupShuffle(mine.grid, k))
+#define STEPS(w) real3(float(int((w) & 1023u)), float(int((w) >> 10u & 1023u)), float(int((w) >> 20u & 1023u)))
+#define RAY(j) real3 origin_##j = subgroupShuffle(r.origin, uint(j)), inverse_##j = subgroupShuffle(r.inverse, uint(j));
+#define TEST(j) { \
+        real x0 = (lo.x - origin_##j.x) * inverse_##j.x, x1 = (hi.x - origin_##j.x) * inverse_##j.x; \
+        real y0 = (lo.y - origin_##j.y) * inverse_##j.y, y1 = (hi.y - origin_##j.y) * inverse_##j.y; \
+        real z0 = (lo.z - origin_##j.z) * inverse_##j.z, z1 = (hi.z - origin_##j.z) * inverse_##j.z; \
+        real xn = least2(x0, x1), xf = most2(x0, x1), yn = least2(y0, y1), yf = most2(y0, y1), zn = least2(z0, z1), zf = most2(z0, z1); \
+        near = most2(most2(xn, yn), most2(zn, real(0.0))); \
+        real far = least2(least2(xf, yf), zf) * SLAB_GROW; \
+        met = met || near <= least2(far, limit_##j); \
+    }
+#define SORT(j, bit) { \
+        int other = subgroupShuffle(key, lane ^ j); \
+        key = (lane & bit) == 0u ? min(key, other) : max(key, other); \
+    }
 
 #define EACH_KEPT(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15) X(16)
 #define IS_KEPT(k) (uint(k) * lanes <= stack_size)
@@ -39,7 +40,7 @@ void test_loose(TraceRay r, bool alive, bool any, inout Best best) {
 
 #define PUT(k) if (IS_KEPT(k)) { \
         uint place = uint(k) * lanes + lane - top; \
-        kept_##k = place < entered ? (place == 0u ? v0 : (place == 1u ? v1 : c1)) : kept_##k; \
+        kept_##k = place < entered ? pushed : kept_##k; \
     }
 #define TAKE(k) if (IS_KEPT(k)) popped = top >= uint(k) * lanes ? kept_##k : popped;
 #define POP(into) { \
@@ -54,46 +55,52 @@ void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
 #define DECLARE(k) uint kept_##k = DONE;
     EACH_KEPT(DECLARE)
     uint lane = gl_SubgroupInvocationID;
+    RAY(0) RAY(1) RAY(2) RAY(3) RAY(4) RAY(5) RAY(6) RAY(7)
     uint top = 1u, steps = 0u;
     uint current = 0u; // the root is node 0
     bool overflowed = false;
     // Below 0 once a ray is done: then it meets no box.
     real limit = alive ? best.t : real(-1.0);
     do {
+        real grown = limit * SLAB_GROW;
+        real limit_0 = subgroupShuffle(grown, 0u);
+        real limit_1 = subgroupShuffle(grown, 1u);
+        real limit_2 = subgroupShuffle(grown, 2u);
+        real limit_3 = subgroupShuffle(grown, 3u);
+        real limit_4 = subgroupShuffle(grown, 4u);
+        real limit_5 = subgroupShuffle(grown, 5u);
+        real limit_6 = subgroupShuffle(grown, 6u);
+        real limit_7 = subgroupShuffle(grown, 7u);
         do {
-            Pieces p = GATHER(nodes, current * 7u, 6u);
-            Node n;
-            unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), HIGH_PIECE(p, 4u, 0u),
-                   HIGH_PIECE(p, 5u, 1u), HIGH_PIECE(p, 6u, 2u), n);
-            real n0, n1, n2, n3, grown = limit * SLAB_GROW;
-            uint met = (meets(n.lo_0, n.hi_0, r, grown, n0) ? 1u : 0u) | (meets(n.lo_1, n.hi_1, r, grown, n1) ? 2u : 0u) |
-                       (meets(n.lo_2, n.hi_2, r, grown, n2) ? 4u : 0u) | (meets(n.lo_3, n.hi_3, r, grown, n3) ? 8u : 0u);
-            met = any_lane(met);
-            // The first ray's order, what no ray meets last. A NaN's bits are below that.
-            uint t0 = (met & 1u) != 0u ? floatBitsToUint(subgroupShuffle(n0, 0u)) : NONE;
-            uint t1 = (met & 2u) != 0u ? floatBitsToUint(subgroupShuffle(n1, 0u)) : NONE;
-            uint t2 = (met & 4u) != 0u ? floatBitsToUint(subgroupShuffle(n2, 0u)) : NONE;
-            uint t3 = (met & 8u) != 0u ? floatBitsToUint(subgroupShuffle(n3, 0u)) : NONE;
-            uint c0 = n.child_0, c1 = n.child_1, c2 = n.child_2, c3 = n.child_3;
-            order_bits(t0, c0, t1, c1);
-            order_bits(t2, c2, t3, c3);
-            order_bits(t0, c0, t2, c2);
-            order_bits(t1, c1, t3, c3);
-            order_bits(t1, c1, t2, c2);
-            uint entered = (t1 < NONE ? 1u : 0u) + (t2 < NONE ? 1u : 0u) + (t3 < NONE ? 1u : 0u);
+            CompressedChild mine = load_compressed_nodes(current * 8u + lane);
+            real3 origin = real3(GRID(0u), GRID(1u), GRID(2u)), pace = real3(GRID(3u), GRID(4u), GRID(5u));
+            real3 lo = origin + STEPS(mine.lo) * pace, hi = origin + STEPS(mine.hi) * pace;
+            // Each lane tests its own child with all rays.
+            bool met = false;
+            real near, first;
+            TEST(0) first = near; TEST(1) TEST(2) TEST(3) TEST(4) TEST(5) TEST(6) TEST(7)
+            met = met && mine.link != NONE;
+            // The first ray's order; the lane in the last bits. What no ray meets comes last.
+            int key = (met ? floatBitsToInt(first) & 0x7ffffff8 : 0x7ffffff8) | int(lane);
+            SORT(1u, 1u) SORT(3u, 2u) SORT(1u, 1u) SORT(7u, 4u) SORT(2u, 2u) SORT(1u, 1u)
+            uint count = key < 0x7ffffff8 ? 1u : 0u;
+            count += subgroupShuffle(count, lane ^ 1u);
+            count += subgroupShuffle(count, lane ^ 2u);
+            count += subgroupShuffle(count, lane ^ 4u);
+            bool down = count != 0u;
+            uint entered = max(count, 1u) - 1u;
             bool full = top + entered > (defect == DEFECT_SHORT_STACK ? 4u : stack_size + 1u);
             overflowed = overflowed || full;
             entered = full ? 0u : entered;
+            uint sorted = subgroupShuffle(mine.link, uint(key) & 7u);
             // Farthest below.
-            uint v0 = entered > 2u ? c3 : (entered > 1u ? c2 : c1);
-            uint v1 = entered > 2u ? c2 : c1;
+            uint pushed = subgroupShuffle(sorted, (entered + top - lane) & 7u);
             EACH_KEPT(PUT)
             top += entered;
-            bool down = met != 0u;
             top -= down ? 0u : 1u;
             uint below;
             POP(below)
-            current = down ? c0 : below;
+            current = down ? subgroupShuffle(sorted, 0u) : below;
             steps++;
             current = steps > loop_cap ? DONE : current;
         } while ((current & LEAF_BIT) == 0u);

@@ -177,6 +177,7 @@ fn decode(bytes: &[u8], items: usize) -> Option<Bvh> {
     let (packed, numbers) = content[HEADER..].split_at(node * nodes);
     let wide = |bytes: &[u8]| widened(&bytemuck::pod_read_unaligned::<single::Node>(bytes));
     let bvh = Bvh {
+        compressed: Vec::new(),
         nodes: packed.par_chunks_exact(node).map(wide).collect(),
         order: numbers.par_chunks_exact(4).map(bytemuck::pod_read_unaligned).collect(),
         depth: count(3)?,

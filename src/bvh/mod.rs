@@ -3,6 +3,7 @@
 //! that never needs more than the kernels' stack. Built on all cores; the same whatever their number.
 
 mod cache;
+mod compressed;
 mod pairs;
 mod reinsert;
 mod split;
@@ -13,12 +14,14 @@ pub use cache::Cache;
 pub use pairs::Prim;
 
 use crate::abi::double::Node;
+use crate::abi::single::CompressedChild;
 use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, STACK_SIZE};
 use crate::frame::Bounds;
 use crate::settings::Hierarchy;
 use pairs::{Box3, Child, Pair};
 use rayon::prelude::*;
-use wide::{WIDTH, widened};
+use wide::{Form, Widened, widened};
+use compressed::CompressedNode;
 
 /// What the builder knows of a primitive.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +38,8 @@ pub struct Item {
 pub struct Bvh {
     /// Root first; at least one node.
     pub nodes: Vec<Node>,
+    /// For packets.
+    pub compressed: Vec<CompressedChild>,
     /// Item stored at each place: all triangles in leaf order, then all spheres.
     pub order: Vec<u32>,
     /// Levels of inner nodes.
@@ -50,6 +55,7 @@ const FEW_BINS: usize = 8;
 const FEW: usize = 24;
 /// Primitives per leaf at which splitting stops even if it pays: a leaf is one run of loads.
 const LEAF_TARGET: usize = 2;
+fn leaf_target() -> usize { std::env::var("LEAF").ok().and_then(|x| x.parse().ok()).unwrap_or(LEAF_TARGET) }
 /// Subtrees of at most one part in this many of all primitives are one thread's work.
 const TASKS: usize = 64;
 /// Primitives below which a subtree is not worth another thread.
@@ -90,7 +96,7 @@ pub type Boxes<'a> = &'a (dyn Fn(u32) -> Bounds + Sync);
 /// then chosen by the boxes in f32, and its nodes take theirs from the exact ones.
 pub fn build_prims(prims: Vec<Prim>, wanted: &Wanted, exact: Option<Boxes>) -> Bvh {
     // Files hold boxes in f32.
-    let cache = wanted.cache.filter(|_| exact.is_none());
+    let cache = wanted.cache.filter(|_| exact.is_none() && false);
     let entry = cache.and_then(|c| c.file(&prims, wanted.loose, wanted.quality));
     if let Some(found) = entry.as_ref().and_then(|e| e.load()) {
         return found;
@@ -112,7 +118,7 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     let loose_spheres = order.split_off(order.partition_point(|p| p.kind == 0));
     let kinds = [0, 1].map(|kind| prims.iter().any(|p| p.kind == kind));
     let task = (prims.len() / TASKS).max(TASK_LEAST);
-    let builder = Builder { mixed: kinds == [true; 2], task, quality: wanted.quality };
+    let builder = Builder { target: leaf_target(), mixed: kinds == [true; 2], task, quality: wanted.quality };
     let mut pairs = match prims.len() {
         0 => vec![[Child::ABSENT; 2]],
         _ if builder.leaf_fits(&prims) => vec![[leaf(&prims, 0), Child::ABSENT]],
@@ -132,7 +138,9 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
             child.link = child.link & !FIRST_MASK | places[first as usize];
         }
     }
-    let fits = |pairs: &[Pair]| Some(widened(pairs, WIDTH)).filter(|b| b.stack <= STACK_SIZE as usize);
+    let fits = |pairs: &[Pair]| {
+        Some(widened::<Node>(pairs, Node::WIDTH)).filter(|b| b.stack <= STACK_SIZE as usize)
+    };
     let mut before = Vec::new();
     for effort in efforts(wanted.quality, pairs.len()) {
         before.extend(reinsert::improve(&mut pairs, effort));
@@ -142,8 +150,17 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
         before.into_iter().rev().for_each(|(at, pair)| pairs[at] = pair);
     }
     // A level of the binary hierarchy as it is built leaves one entry on the stack, so that two wide fits.
-    let mut bvh = improved.or_else(|| fits(&pairs)).unwrap_or_else(|| widened(&pairs, 2));
+    let Widened { nodes, depth, stack } = improved.or_else(|| fits(&pairs)).unwrap_or_else(|| widened(&pairs, 2));
+    let w8: usize = std::env::var("W8").ok().and_then(|x| x.parse().ok()).unwrap_or(CompressedNode::WIDTH);
+    let packet = widened::<CompressedNode>(&pairs, w8);
     drop(pairs);
+    let (a, d) = compressed::expected(&packet.nodes);
+    if std::env::var("SHOW").is_ok() {
+        let filled: usize = packet.nodes.iter().map(|n| n.iter().filter(|c| c.link != crate::abi::NONE).count()).sum();
+        let b = Bvh { nodes: nodes.clone(), ..Bvh::default() };
+        eprintln!("compressed: {} nodes of {:.2} children, depth {}, stack {}, expected {a:.3} {d:.3}; nodes {} depth {depth} stack {stack} expected {:?}", packet.nodes.len(), filled as f64 / packet.nodes.len() as f64, packet.depth, packet.stack, nodes.len(), b.expected());
+    }
+    let mut bvh = Bvh { nodes, compressed: packet.nodes.into_flattened(), order: Vec::new(), depth, stack: packet.stack };
     let of_kind = |kind: u32| prims.iter().filter(move |p| p.kind == kind);
     bvh.order = Vec::with_capacity(order.len() + loose_spheres.len() + prims.len());
     bvh.order.extend(order.iter().chain(of_kind(0)).map(|p| p.index));
@@ -184,6 +201,7 @@ fn leaf(prims: &[Prim], first: usize) -> Child {
 }
 
 struct Builder {
+    target: usize,
     /// Triangles and spheres are both there.
     mixed: bool,
     /// Primitives that one thread takes at once, at most.
@@ -246,7 +264,7 @@ impl Builder {
 
     /// True if `prims` make one leaf: few, and of one kind.
     fn leaf_fits(&self, prims: &[Prim]) -> bool {
-        prims.len() <= LEAF_TARGET && !(self.mixed && are_mixed(prims))
+        prims.len() <= self.target && !(self.mixed && are_mixed(prims))
     }
 
     /// A subtree over `prims`, whose parent is at level `level - 1`.

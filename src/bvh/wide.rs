@@ -1,13 +1,54 @@
-//! Nodes as the kernels read them, of up to four children, out of the binary hierarchy.
+//! Nodes as the kernels read them, of more children, out of the binary hierarchy.
 
-use super::Bvh;
+use super::compressed::{self, CompressedNode};
 use super::pairs::{Child, Pair};
-use crate::abi::LEAF_BIT;
 use crate::abi::double::Node;
+use crate::abi::single::CompressedChild;
+use crate::abi::{LEAF_BIT, NONE};
 use rayon::prelude::*;
 
-/// Children of a node at most.
-pub(super) const WIDTH: usize = 4;
+/// Children of a node at most, of any form.
+const MOST: usize = compressed::CHILDREN;
+
+/// A form of node.
+pub(super) trait Form: Clone + Send {
+    /// Children at most.
+    const WIDTH: usize;
+    /// A node of these.
+    fn of(children: &[Child]) -> Self;
+    /// Links of the children that are there, to change.
+    fn links_mut(&mut self) -> impl Iterator<Item = &mut u32>;
+}
+
+impl Form for Node {
+    const WIDTH: usize = 4;
+    fn of(children: &[Child]) -> Node {
+        node(children)
+    }
+    fn links_mut(&mut self) -> impl Iterator<Item = &mut u32> {
+        self.children_mut().map(|(link, ..)| link)
+    }
+}
+
+impl Form for CompressedNode {
+    const WIDTH: usize = compressed::CHILDREN;
+    fn of(children: &[Child]) -> CompressedNode {
+        compressed::compressed(children)
+    }
+    fn links_mut(&mut self) -> impl Iterator<Item = &mut u32> {
+        self.iter_mut().map(|c: &mut CompressedChild| &mut c.link).filter(|link| **link != NONE)
+    }
+}
+
+/// A hierarchy of nodes of one form.
+pub(super) struct Widened<N> {
+    /// Root first.
+    pub nodes: Vec<N>,
+    /// Levels.
+    pub depth: usize,
+    /// Entries of a traversal's stack that it can take.
+    pub stack: usize,
+}
 
 fn node(children: &[Child]) -> Node {
     let child = |k: usize| children.get(k).copied().unwrap_or(Child::ABSENT);
@@ -74,19 +115,19 @@ const PARTS: usize = 64;
 
 /// Nodes of up to `width` children from the binary ones: a node takes the children of its child with the
 /// largest surface until it is full (Wald, Benthin, Boulos, "Getting Rid of Packets", 2008). Root first.
-pub(super) fn widened(pairs: &[Pair], width: usize) -> Bvh {
-    let mut bvh = Bvh { nodes: vec![Node::default()], order: Vec::new(), depth: 0, stack: 0 };
+pub(super) fn widened<N: Form>(pairs: &[Pair], width: usize) -> Widened<N> {
+    let mut bvh = Widened { nodes: vec![N::of(&[])], depth: 0, stack: 0 };
     // Level by level down to enough subtrees, then each of them.
     let mut front = std::collections::VecDeque::from([Work { pair: 0, at: 0, level: 1, above: 0 }]);
     while front.len() < PARTS {
         let Some(work) = front.pop_front() else { break };
         bvh.widen(pairs, width, work, |below| front.push_back(below));
     }
-    let parts: Vec<Bvh> = front
+    let parts: Vec<Widened<N>> = front
         .par_iter()
         .with_max_len(1)
         .map(|root| {
-            let mut part = Bvh { nodes: vec![Node::default()], order: Vec::new(), depth: 0, stack: 0 };
+            let mut part = Widened { nodes: vec![N::of(&[])], depth: 0, stack: 0 };
             let mut stack = vec![Work { at: 0, ..*root }];
             while let Some(work) = stack.pop() {
                 part.widen(pairs, width, work, |below| stack.push(below));
@@ -101,7 +142,7 @@ pub(super) fn widened(pairs: &[Pair], width: usize) -> Bvh {
         // Node 0 of the part takes the place kept for it, node 1 comes next here.
         let base = bvh.nodes.len() as u32 - 1;
         let moved = part.nodes.into_iter().map(|mut node| {
-            for (link, ..) in node.children_mut() {
+            for link in node.links_mut() {
                 *link += if *link & LEAF_BIT == 0 { base } else { 0 };
             }
             node
@@ -115,10 +156,10 @@ pub(super) fn widened(pairs: &[Pair], width: usize) -> Bvh {
     bvh
 }
 
-impl Bvh {
+impl<N: Form> Widened<N> {
     /// Makes one node, keeps places for its children and hands them on.
     fn widen(&mut self, pairs: &[Pair], width: usize, work: Work, mut hand_on: impl FnMut(Work)) {
-        let mut children = [Child::ABSENT; WIDTH];
+        let mut children = [Child::ABSENT; MOST];
         let mut count = 2;
         children[..2].copy_from_slice(&pairs[work.pair]);
         while count < width {
@@ -136,11 +177,11 @@ impl Bvh {
         for child in &mut children[..count] {
             if child.link & LEAF_BIT == 0 {
                 let at = self.nodes.len();
-                self.nodes.push(Node::default());
+                self.nodes.push(N::of(&[]));
                 hand_on(Work { pair: child.link as usize, at, level: work.level + 1, above });
                 child.link = at as u32;
             }
         }
-        self.nodes[work.at] = node(&children[..count]);
+        self.nodes[work.at] = N::of(&children[..count]);
     }
 }

@@ -4,7 +4,7 @@ mod rounding;
 mod solids;
 mod triangles;
 
-use crate::abi::{self, double};
+use crate::abi::{self, double, single};
 use crate::bvh::{self, Bvh, Cache, Prim, Wanted};
 use crate::defect::Defect;
 use crate::found::{self, Found};
@@ -48,6 +48,8 @@ pub struct Packed {
     pub wide_spheres: Vec<double::WideSphere>,
     /// The hierarchy's nodes; one unused node for brute force.
     pub nodes: Vec<double::Node>,
+    /// The same for packets, eight children a node.
+    pub compressed_nodes: Vec<single::CompressedChild>,
     /// Triangles, spheres are outside the hierarchy.
     pub loose: [bool; 2],
     /// Levels of the hierarchy; 0 for brute force.
@@ -175,6 +177,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let bvh = if brute {
         Bvh {
             nodes: vec![double::Node::default()],
+            compressed: vec![single::CompressedChild::default()],
             order: prims.into_iter().map(|p| p.index).collect(),
             depth: 0,
             stack: 0,
@@ -222,6 +225,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         spheres: sphere_order.iter().map(|id| spheres[of_sphere(*id)]).collect(),
         wide_spheres,
         nodes: bvh.nodes,
+        compressed_nodes: bvh.compressed,
         loose: loose.map(|l| l && !brute),
         bvh_depth: bvh.depth,
         bvh_stack: bvh.stack,

@@ -75,7 +75,7 @@ pub(super) fn uploads<'a>(
     packed: &'a Packed,
     camera: &'a [abi::double::Camera; 1],
     precision: Precision,
-) -> [Upload<'a>; 12] {
+) -> [Upload<'a>; 13] {
     let double = precision == Precision::Double;
     [
         Upload::new::<_, abi::single::Camera>(Buf::Camera, camera.as_slice(), double),
@@ -85,6 +85,7 @@ pub(super) fn uploads<'a>(
         Upload::new::<_, abi::single::Sphere>(Buf::Spheres, &packed.spheres, double),
         Upload::new::<_, abi::single::WideSphere>(Buf::WideSpheres, &packed.wide_spheres, double),
         Upload::new::<_, abi::single::Node>(Buf::Nodes, &packed.nodes, double),
+        Upload::plain(Buf::CompressedNodes, &packed.compressed_nodes),
         Upload::new::<_, abi::single::Material>(Buf::Materials, &packed.materials, double),
         Upload::new::<_, abi::single::Light>(Buf::Lights, &packed.lights, double),
         Upload::plain(Buf::SolidIors, &packed.solid_iors),

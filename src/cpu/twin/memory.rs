@@ -40,6 +40,7 @@ memory! {
     spheres / Spheres: Sphere;
     wide_spheres / WideSpheres: WideSphere;
     nodes / Nodes: Node;
+    compressed_nodes / CompressedNodes: crate::abi::single::CompressedChild;
     materials / Materials: Material;
     lights / Lights: Light;
     solid_iors / SolidIors: f32;
@@ -78,6 +79,7 @@ impl Memory {
         memory.spheres = from_host(&packed.spheres);
         memory.wide_spheres = from_host(&packed.wide_spheres);
         memory.nodes = from_host(&packed.nodes);
+        memory.compressed_nodes.clone_from(&packed.compressed_nodes);
         memory.materials = from_host(&packed.materials);
         memory.lights = from_host(&packed.lights);
         memory.solid_iors.clone_from(&packed.solid_iors);
