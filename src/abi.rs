@@ -468,6 +468,8 @@ constants! {
     LEAF_MAX = 16;
     /// Entries of a traversal stack; `bvh` never builds what needs more.
     STACK_SIZE = 64;
+    /// Entries of a packet's stack, at most: as many as 24 words of four lanes hold beside the one below all.
+    PACKET_STACK_SIZE = 95;
     /// `Surface::flags`.
     CHILD_REFLECTED = 1;
     /// `Surface::flags`.

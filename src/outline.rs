@@ -257,7 +257,10 @@ fn search(packed: &Packed) -> SearchInfo {
     };
     SearchInfo {
         kind: "hierarchy",
-        nodes: packed.nodes.len() as u64,
+        nodes: match packed.compressed_nodes.len() {
+            0 => packed.nodes.len() as u64,
+            packets => packets as u64,
+        },
         depth: packed.bvh_depth as u64,
         why: format!("{count} primitives, {most} {BRUTE_FORCE_MAX}{outside}"),
     }

@@ -6,6 +6,7 @@ mod fit;
 pub(crate) use fit::HEAP_EIGHTHS;
 
 use crate::abi::{self, Buf, GpuStruct, Specialisation};
+use crate::bvh::Forms;
 use crate::general::Feature;
 use crate::kernels::{KERNELS, Kernel};
 use crate::pack::Packed;
@@ -40,6 +41,26 @@ impl Limits {
         shuffle_lanes: 8,
         is_cpu: true,
     };
+}
+
+impl Limits {
+    /// The forms of a hierarchy's nodes that a plan for such a device may need: which way rays walk. Where a vector
+    /// of a few lanes is the whole machine, what each lane loads and stores by itself is the cost, and the rays of
+    /// eight pixels meet much the same nodes: they walk together. A GPU's lanes load side by side, and 32 or 64
+    /// rays have less in common.
+    pub fn forms(&self, settings: &Settings) -> Forms {
+        let workgroup = workgroup(settings, self);
+        let full = matches!(self.shuffle_lanes, 4 | 8) && workgroup.is_multiple_of(self.shuffle_lanes);
+        let lone = settings.schedule.general.has(Feature::LoneRays);
+        if !full || lone || !may_read_texels(settings, self) {
+            Forms::Nodes
+        } else if TEXEL_BYTES * u64::from(self.texel_elements) >= self.storage_range {
+            // What texels do not reach fits no binding either.
+            Forms::Compressed
+        } else {
+            Forms::Both
+        }
+    }
 }
 
 /// Bytes of a texel: four words.
@@ -109,12 +130,7 @@ impl Plan {
     }
 
     fn build(packed: &Packed, settings: &Settings, limits: &Limits, survey: bool) -> Result<Plan, PlanError> {
-        let workgroup = settings
-            .schedule
-            .workgroup
-            .unwrap_or(64)
-            .min(limits.workgroup_invocations)
-            .min(abi::WORKGROUP_MAX);
+        let workgroup = workgroup(settings, limits);
         let [x0, y0, x1, y1] = settings.region();
         let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
         let total = pixels.saturating_mul(u64::from(settings.samples));
@@ -174,9 +190,14 @@ impl Plan {
         };
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
+        let mut packets = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
         loop {
-            plan.size_for(packed, settings, batch, room);
+            plan.size_for(packed, settings, batch, room, packets);
             plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
+            if packets && plan.specialisation.texels == 0 && !packed.nodes.is_empty() {
+                packets = false;
+                continue;
+            }
             if plan.fits(limits) {
                 break;
             }
@@ -185,11 +206,11 @@ impl Plan {
             }
             batch = (batch / 2).max(1);
         }
-        if plan.walks_in_packets(settings, limits) {
+        if packets {
             plan.specialisation.lanes = limits.shuffle_lanes;
             // In steps, so that scenes of about a size share their compiled kernels.
             plan.specialisation.stack_size =
-                (packed.bvh_stack as u32).next_multiple_of(8).min(abi::STACK_SIZE);
+                (packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
         }
         // A survey does not say how many samples it will be asked for: as many as a picture takes.
         let samples = if survey { pixels.saturating_mul(16) } else { total };
@@ -212,7 +233,7 @@ impl Plan {
         Ok(plan)
     }
 
-    fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32) {
+    fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32, packets: bool) {
         let [x0, y0, x1, y1] = settings.region();
         // A small image has few samples, but each of them may branch as far as in a large one.
         let growth = 1u32.checked_shl(self.last_depth - 1).unwrap_or(u32::MAX);
@@ -236,8 +257,10 @@ impl Plan {
                     Buf::CornerNormals => packed.corner_normals.len() as u64,
                     Buf::Spheres => packed.spheres.len() as u64,
                     Buf::WideSpheres => packed.wide_spheres.len() as u64,
+                    Buf::Nodes if packets => 1,
                     Buf::Nodes => packed.nodes.len() as u64,
-                    Buf::CompressedNodes => packed.compressed_nodes.len() as u64,
+                    Buf::CompressedNodes if packets => packed.compressed_nodes.as_flattened().len() as u64,
+                    Buf::CompressedNodes => 1,
                     Buf::Materials => packed.materials.len() as u64,
                     Buf::Lights => packed.lights.len() as u64,
                     Buf::SolidIors => packed.solid_iors.len() as u64,
@@ -296,16 +319,6 @@ impl Plan {
         may_read_texels(settings, limits) && self.buffer_bytes.iter().enumerate().all(fits)
     }
 
-    /// Whether the rays of a subgroup walk the hierarchy together. Where a vector of a few lanes is the whole
-    /// machine, what each lane loads and stores by itself is the cost, and the rays of eight pixels meet
-    /// much the same nodes. A GPU's lanes load side by side, and 32 or 64 rays have less in common.
-    fn walks_in_packets(&self, settings: &Settings, limits: &Limits) -> bool {
-        self.specialisation.use_bvh != 0
-            && self.lanes_join(limits)
-            && limits.is_cpu
-            && !settings.schedule.general.has(Feature::LoneRays)
-    }
-
     /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.
     fn lanes_join(&self, limits: &Limits) -> bool {
         matches!(limits.shuffle_lanes, 4 | 8)
@@ -327,6 +340,11 @@ impl Plan {
     pub fn bytes(&self) -> u64 {
         self.buffer_bytes.iter().sum()
     }
+}
+
+/// Invocations of a workgroup.
+fn workgroup(settings: &Settings, limits: &Limits) -> u32 {
+    settings.schedule.workgroup.unwrap_or(64).min(limits.workgroup_invocations).min(abi::WORKGROUP_MAX)
 }
 
 /// Whether kernels read texels where views reach far enough.

@@ -1,10 +1,11 @@
 //! Built hierarchies on disk, by what they were built of: a scene that is rendered again finds its own.
 //!
-//! A file is a header, the nodes, the order, and a checksum of all of that. One that is damaged, or of
+//! A file is a header, the nodes of each form that was wanted, the order, and a checksum of all of that. One that is damaged, or of
 //! another version, is none: the hierarchy is built and the file written anew.
 
-use super::Bvh;
 use super::pairs::Prim;
+use super::wide::Form;
+use super::{Bvh, CompressedNode, Wanted};
 use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, double, single};
 use crate::atomic_file;
 use crate::settings::Hierarchy;
@@ -15,10 +16,12 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// Changes whenever the same primitives may give another tree.
-const BUILDER: u32 = 1;
+const BUILDER: u32 = 2;
 const MAGIC: &[u8; 12] = b"whitted bvh\n";
-/// Bytes of a file before its nodes: magic, then builder, nodes, items, depth and stack as u32.
-const HEADER: usize = 32;
+/// Numbers of a file before its nodes, u32 each: builder, nodes, compressed nodes, items, depth, both stacks.
+const COUNTS: usize = 7;
+/// Bytes of the same and the magic.
+const HEADER: usize = 12 + 4 * COUNTS;
 const CHECKSUM: usize = 32;
 /// Bytes that one thread hashes at a time.
 const PIECE: usize = 1 << 20;
@@ -58,14 +61,15 @@ impl Cache {
 
     /// The file for these primitives, if they are many enough to be worth one. `prims` as they come from
     /// the scene, which tells everything that the tree depends on.
-    pub(super) fn file(&self, prims: &[Prim], loose: [bool; 2], quality: Hierarchy) -> Option<Entry<'_>> {
-        if prims.len() < (self.least)(quality) {
+    pub(super) fn file(&self, prims: &[Prim], wanted: &Wanted) -> Option<Entry<'_>> {
+        if prims.len() < (self.least)(wanted.quality) {
             return None;
         }
         let mut hash = Sha256::new();
         hash.update(MAGIC);
         hash.update(BUILDER.to_le_bytes());
-        hash.update([quality as u8, u8::from(loose[0]), u8::from(loose[1])]);
+        let loose = wanted.loose.map(u8::from);
+        hash.update([wanted.quality as u8, wanted.forms as u8, loose[0], loose[1]]);
         hash.update(digest(bytemuck::cast_slice(prims)));
         let name: String = hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect();
         Some(Entry { cache: self, path: self.folder.join(name), items: prims.len() })
@@ -136,21 +140,24 @@ fn digest(bytes: &[u8]) -> [u8; CHECKSUM] {
 
 fn encode(bvh: &Bvh) -> Vec<u8> {
     let node = size_of::<single::Node>();
-    let nodes_end = HEADER + node * bvh.nodes.len();
-    let mut bytes = vec![0; nodes_end + 4 * bvh.order.len() + CHECKSUM];
+    let compressed_at = HEADER + node * bvh.nodes.len();
+    let compressed: &[u8] = bytemuck::cast_slice(&bvh.compressed);
+    let order_at = compressed_at + compressed.len();
+    let mut bytes = vec![0; order_at + 4 * bvh.order.len() + CHECKSUM];
     bytes[..12].copy_from_slice(MAGIC);
-    let counts =
-        [BUILDER, bvh.nodes.len() as u32, bvh.order.len() as u32, bvh.depth as u32, bvh.stack as u32];
-    for (out, count) in bytes[12..HEADER].chunks_exact_mut(4).zip(counts) {
+    let (nodes, packed) = (bvh.nodes.len(), bvh.compressed.len());
+    let counts = [nodes, packed, bvh.order.len(), bvh.depth, bvh.stack, bvh.packet_stack].map(|n| n as u32);
+    for (out, count) in bytes[12..HEADER].chunks_exact_mut(4).zip([BUILDER].iter().chain(&counts)) {
         out.copy_from_slice(&count.to_le_bytes());
     }
     let write = |(out, wide): (&mut [u8], &double::Node)| {
         // Boxes are those of f32 numbers.
         out.copy_from_slice(bytemuck::bytes_of(&single::Node::from(wide)));
     };
-    bytes[HEADER..nodes_end].par_chunks_exact_mut(node).zip(&bvh.nodes).for_each(write);
+    bytes[HEADER..compressed_at].par_chunks_exact_mut(node).zip(&bvh.nodes).for_each(write);
+    bytes[compressed_at..order_at].copy_from_slice(compressed);
     let end = bytes.len() - CHECKSUM;
-    bytes[nodes_end..end].copy_from_slice(bytemuck::cast_slice(&bvh.order));
+    bytes[order_at..end].copy_from_slice(bytemuck::cast_slice(&bvh.order));
     let sum = digest(&bytes[..end]);
     bytes[end..].copy_from_slice(&sum);
     bytes
@@ -165,35 +172,42 @@ fn decode(bytes: &[u8], items: usize) -> Option<Bvh> {
         let at = 12 + 4 * i;
         content[at..at + 4].try_into().map(|b| u32::from_le_bytes(b) as usize).ok()
     };
-    let (nodes, order) = (count(1)?, count(2)?);
-    let node = size_of::<single::Node>();
-    let length = HEADER as u64 + node as u64 * nodes as u64 + 4 * order as u64;
+    let (nodes, compressed, order) = (count(1)?, count(2)?, count(3)?);
+    let (node, packed) = (size_of::<single::Node>(), size_of::<CompressedNode>());
+    let length = [(node, nodes), (packed, compressed), (4, order)].map(|(size, n)| size as u64 * n as u64);
+    let length = HEADER as u64 + length.iter().sum::<u64>();
     if count(0)? != BUILDER as usize || order != items || length != content.len() as u64 {
         return None;
     }
     if digest(content) != sum {
         return None;
     }
-    let (packed, numbers) = content[HEADER..].split_at(node * nodes);
+    let (single_nodes, rest) = content[HEADER..].split_at(node * nodes);
+    let (compressed_nodes, numbers) = rest.split_at(packed * compressed);
     let wide = |bytes: &[u8]| widened(&bytemuck::pod_read_unaligned::<single::Node>(bytes));
     let bvh = Bvh {
-        compressed: Vec::new(),
-        nodes: packed.par_chunks_exact(node).map(wide).collect(),
+        nodes: single_nodes.par_chunks_exact(node).map(wide).collect(),
+        compressed: compressed_nodes.par_chunks_exact(packed).map(bytemuck::pod_read_unaligned).collect(),
         order: numbers.par_chunks_exact(4).map(bytemuck::pod_read_unaligned).collect(),
-        depth: count(3)?,
-        stack: count(4)?,
+        depth: count(4)?,
+        stack: count(5)?,
+        packet_stack: count(6)?,
     };
+    let whole = is_sound(&bvh.nodes, items) && is_sound(&bvh.compressed, items);
+    (nodes + compressed > 0 && whole).then_some(bvh)
+}
+
+/// True if every link leads on to a node or to items that there are.
+fn is_sound<N: Form + Sync>(nodes: &[N], items: usize) -> bool {
     let sound = |link: u32, at: usize| {
         if link & LEAF_BIT == 0 {
-            return (at + 1..nodes).contains(&(link as usize));
+            return (at + 1..nodes.len()).contains(&(link as usize));
         }
         let first = (link & ((1 << LEAF_FIRST_BITS) - 1)) as usize;
         let last = first + ((link & !LEAF_BIT) >> LEAF_FIRST_BITS) as usize;
         last < items
     };
-    let whole =
-        bvh.nodes.par_iter().enumerate().all(|(at, n)| n.children().all(|(link, ..)| sound(link, at)));
-    (nodes > 0 && whole).then_some(bvh)
+    nodes.par_iter().enumerate().all(|(at, n)| n.children().all(|(link, ..)| sound(link, at)))
 }
 
 fn widened(n: &single::Node) -> double::Node {

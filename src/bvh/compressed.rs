@@ -103,25 +103,3 @@ pub(super) fn children(node: &CompressedNode) -> impl Iterator<Item = (u32, [f64
     };
     node.iter().filter(|c| c.link != NONE).map(move |c| (c.link, corner(c.lo), corner(c.hi)))
 }
-
-pub(super) fn expected(nodes: &[CompressedNode]) -> (f64, f64) {
-    use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS};
-    let half_area = |lo: [f64; 3], hi: [f64; 3]| {
-        let e = [0, 1, 2].map(|a| hi[a] - lo[a]);
-        e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
-    };
-    let (mut lo, mut hi) = ([f64::MAX; 3], [f64::MIN; 3]);
-    for (_, l, h) in children(&nodes[0]) {
-        for a in 0..3 { lo[a] = lo[a].min(l[a]); hi[a] = hi[a].max(h[a]); }
-    }
-    let whole = half_area(lo, hi);
-    let (mut n, mut p) = (1.0, 0.0);
-    for (link, lo, hi) in nodes.iter().flat_map(children) {
-        let chance = half_area(lo, hi) / whole;
-        match link & LEAF_BIT {
-            0 => n += chance,
-            _ => p += chance * f64::from(((link & !LEAF_BIT) >> LEAF_FIRST_BITS) + 1),
-        }
-    }
-    (n, p)
-}

@@ -1,8 +1,9 @@
 //! A bounding-volume hierarchy: a binary one by the binned surface-area heuristic (Wald, "On fast
-//! Construction of SAH-based Bounding Volume Hierarchies", 2007), made into one of four children a node,
-//! that never needs more than the kernels' stack. Built on all cores; the same whatever their number.
+//! Construction of SAH-based Bounding Volume Hierarchies", 2007), made into one of four or eight children a
+//! node, that never needs more than the kernels' stack. Built on all cores; the same whatever their number.
 
 mod cache;
+mod collapse;
 mod compressed;
 mod pairs;
 mod reinsert;
@@ -14,14 +15,13 @@ pub use cache::Cache;
 pub use pairs::Prim;
 
 use crate::abi::double::Node;
-use crate::abi::single::CompressedChild;
 use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, STACK_SIZE};
 use crate::frame::Bounds;
 use crate::settings::Hierarchy;
 use pairs::{Box3, Child, Pair};
 use rayon::prelude::*;
-use wide::{Form, Widened, widened};
-use compressed::CompressedNode;
+pub use compressed::CompressedNode;
+use wide::Widened;
 
 /// What the builder knows of a primitive.
 #[derive(Debug, Clone, Copy)]
@@ -36,16 +36,18 @@ pub struct Item {
 /// A built hierarchy.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bvh {
-    /// Root first; at least one node.
+    /// Root first; at least one node, where they are wanted.
     pub nodes: Vec<Node>,
-    /// For packets.
-    pub compressed: Vec<CompressedChild>,
+    /// The same for packets, eight children a node; root first.
+    pub compressed: Vec<CompressedNode>,
     /// Item stored at each place: all triangles in leaf order, then all spheres.
     pub order: Vec<u32>,
-    /// Levels of inner nodes.
+    /// Levels of inner nodes, of the form with more.
     pub depth: usize,
-    /// Entries of a traversal's stack that it can take.
+    /// Entries of a traversal's stack that `nodes` can take.
     pub stack: usize,
+    /// Entries of a packet's stack that `compressed` can take.
+    pub packet_stack: usize,
 }
 
 /// Bins an axis, and among few primitives: a bin then holds one or none all the same.
@@ -55,7 +57,10 @@ const FEW_BINS: usize = 8;
 const FEW: usize = 24;
 /// Primitives per leaf at which splitting stops even if it pays: a leaf is one run of loads.
 const LEAF_TARGET: usize = 2;
-fn leaf_target() -> usize { std::env::var("LEAF").ok().and_then(|x| x.parse().ok()).unwrap_or(LEAF_TARGET) }
+/// Two primitives are parted where their surfaces are less than this share of what a leaf of both would show twice:
+/// measured, spheres beside each other gain by it, and triangles that share an edge seldom do (ARCHITECTURE.md,
+/// "Figures").
+const LEAF_SHARE: f64 = 0.65;
 /// Subtrees of at most one part in this many of all primitives are one thread's work.
 const TASKS: usize = 64;
 /// Primitives below which a subtree is not worth another thread.
@@ -65,6 +70,18 @@ const TASK_LEAST: usize = 4096;
 /// 32u = 2^-19 covers it (numerics.md, Boxes).
 pub const PADDING: f64 = 1.0 / 524_288.0;
 
+/// The forms of nodes that a hierarchy is made into.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Forms {
+    /// Both that there are.
+    #[default]
+    Both,
+    /// [`Bvh::nodes`] alone: each ray walks by itself.
+    Nodes,
+    /// [`Bvh::compressed`] alone: rays walk in packets.
+    Compressed,
+}
+
 /// What a hierarchy is to be.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Wanted<'a> {
@@ -72,6 +89,8 @@ pub struct Wanted<'a> {
     pub loose: [bool; 2],
     /// The work that goes into it.
     pub quality: Hierarchy,
+    /// The nodes that are asked for.
+    pub forms: Forms,
     /// Where it may be found or kept.
     pub cache: Option<&'a Cache>,
 }
@@ -96,8 +115,8 @@ pub type Boxes<'a> = &'a (dyn Fn(u32) -> Bounds + Sync);
 /// then chosen by the boxes in f32, and its nodes take theirs from the exact ones.
 pub fn build_prims(prims: Vec<Prim>, wanted: &Wanted, exact: Option<Boxes>) -> Bvh {
     // Files hold boxes in f32.
-    let cache = wanted.cache.filter(|_| exact.is_none() && false);
-    let entry = cache.and_then(|c| c.file(&prims, wanted.loose, wanted.quality));
+    let cache = wanted.cache.filter(|_| exact.is_none());
+    let entry = cache.and_then(|c| c.file(&prims, wanted));
     if let Some(found) = entry.as_ref().and_then(|e| e.load()) {
         return found;
     }
@@ -118,7 +137,7 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     let loose_spheres = order.split_off(order.partition_point(|p| p.kind == 0));
     let kinds = [0, 1].map(|kind| prims.iter().any(|p| p.kind == kind));
     let task = (prims.len() / TASKS).max(TASK_LEAST);
-    let builder = Builder { target: leaf_target(), mixed: kinds == [true; 2], task, quality: wanted.quality };
+    let builder = Builder { mixed: kinds == [true; 2], task, quality: wanted.quality };
     let mut pairs = match prims.len() {
         0 => vec![[Child::ABSENT; 2]],
         _ if builder.leaf_fits(&prims) => vec![[leaf(&prims, 0), Child::ABSENT]],
@@ -138,29 +157,17 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
             child.link = child.link & !FIRST_MASK | places[first as usize];
         }
     }
-    let fits = |pairs: &[Pair]| {
-        Some(widened::<Node>(pairs, Node::WIDTH)).filter(|b| b.stack <= STACK_SIZE as usize)
-    };
     let mut before = Vec::new();
     for effort in efforts(wanted.quality, pairs.len()) {
         before.extend(reinsert::improve(&mut pairs, effort));
     }
-    let improved = fits(&pairs);
-    if improved.is_none() {
+    let mut bvh = Bvh::default();
+    if !bvh.widen(&pairs, wanted.forms, &[8, 4]) {
         before.into_iter().rev().for_each(|(at, pair)| pairs[at] = pair);
+        // A level of the binary hierarchy as it is built leaves one entry on the stack, so that two wide fits.
+        bvh.widen(&pairs, wanted.forms, &[8, 4, 2]);
     }
-    // A level of the binary hierarchy as it is built leaves one entry on the stack, so that two wide fits.
-    let Widened { nodes, depth, stack } = improved.or_else(|| fits(&pairs)).unwrap_or_else(|| widened(&pairs, 2));
-    let w8: usize = std::env::var("W8").ok().and_then(|x| x.parse().ok()).unwrap_or(CompressedNode::WIDTH);
-    let packet = widened::<CompressedNode>(&pairs, w8);
     drop(pairs);
-    let (a, d) = compressed::expected(&packet.nodes);
-    if std::env::var("SHOW").is_ok() {
-        let filled: usize = packet.nodes.iter().map(|n| n.iter().filter(|c| c.link != crate::abi::NONE).count()).sum();
-        let b = Bvh { nodes: nodes.clone(), ..Bvh::default() };
-        eprintln!("compressed: {} nodes of {:.2} children, depth {}, stack {}, expected {a:.3} {d:.3}; nodes {} depth {depth} stack {stack} expected {:?}", packet.nodes.len(), filled as f64 / packet.nodes.len() as f64, packet.depth, packet.stack, nodes.len(), b.expected());
-    }
-    let mut bvh = Bvh { nodes, compressed: packet.nodes.into_flattened(), order: Vec::new(), depth, stack: packet.stack };
     let of_kind = |kind: u32| prims.iter().filter(move |p| p.kind == kind);
     bvh.order = Vec::with_capacity(order.len() + loose_spheres.len() + prims.len());
     bvh.order.extend(order.iter().chain(of_kind(0)).map(|p| p.index));
@@ -201,7 +208,6 @@ fn leaf(prims: &[Prim], first: usize) -> Child {
 }
 
 struct Builder {
-    target: usize,
     /// Triangles and spheres are both there.
     mixed: bool,
     /// Primitives that one thread takes at once, at most.
@@ -262,9 +268,17 @@ impl Builder {
         Top::Node(bounds, Box::new([left, right]))
     }
 
-    /// True if `prims` make one leaf: few, and of one kind.
+    /// True if `prims` make one leaf: few, of one kind, and close.
     fn leaf_fits(&self, prims: &[Prim]) -> bool {
-        prims.len() <= self.target && !(self.mixed && are_mixed(prims))
+        let surface = |b: Box3| Child::new(0, b).half_area();
+        match prims {
+            _ if prims.len() > LEAF_TARGET || (self.mixed && are_mixed(prims)) => false,
+            [a, b] => {
+                let (a, b) = (a.bounds(), b.bounds());
+                surface(a) + surface(b) >= LEAF_SHARE * 2.0 * surface(a.union(b))
+            }
+            _ => true,
+        }
     }
 
     /// A subtree over `prims`, whose parent is at level `level - 1`.
@@ -340,6 +354,21 @@ fn partition_by(prims: &mut [Prim], left: impl Fn(&Prim) -> bool) -> usize {
 }
 
 impl Bvh {
+    /// Makes nodes out of the binary hierarchy, of the first of `widths` that keeps the stack. False if none does.
+    fn widen(&mut self, pairs: &[Pair], forms: Forms, widths: &[usize]) -> bool {
+        self.depth = 0;
+        if forms != Forms::Compressed {
+            let Some(made) = Widened::fitting(pairs, widths) else { return false };
+            (self.nodes, self.stack, self.depth) = (made.nodes, made.stack, made.depth);
+        }
+        if forms != Forms::Nodes {
+            let Some(made) = Widened::fitting(pairs, widths) else { return false };
+            (self.compressed, self.packet_stack) = (made.nodes, made.stack);
+            self.depth = self.depth.max(made.depth);
+        }
+        true
+    }
+
     /// What a line that meets the root's box meets below it on average, if lines are spread evenly: nodes, and
     /// primitives' boxes with each counted where its leaf is (Goldsmith and Salmon, "Automatic Creation of
     /// Object Hierarchies for Ray Tracing", 1987). The root counts as one.

@@ -23,11 +23,17 @@ pub struct Prim {
 impl Prim {
     /// Of item `index`, and whether f32 holds its box as it is; where not, boxes are to be fitted again.
     pub fn of(index: u32, bounds: &Bounds, is_sphere: bool) -> (Prim, bool) {
-        // A box beyond f32's range still has a place in it.
-        let narrow = |x: f64| (x as f32).clamp(f32::MIN, f32::MAX);
         let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
-        let prim = Prim { lo: lo.map(narrow), index, hi: hi.map(narrow), kind: u32::from(is_sphere) };
+        let narrow = |x: f64| x as f32;
+        let mut prim = Prim { lo: lo.map(narrow), index, hi: hi.map(narrow), kind: u32::from(is_sphere) };
         let same = (0..3).all(|a| f64::from(prim.lo[a]) == lo[a] && f64::from(prim.hi[a]) == hi[a]);
+        if !same {
+            // Outward. A box beyond f32's range still has a place in it.
+            let down = |x: f64| if f64::from(x as f32) > x { (x as f32).next_down() } else { x as f32 };
+            let within = |x: f32| x.clamp(f32::MIN, f32::MAX);
+            prim.lo = lo.map(|x| within(down(x)));
+            prim.hi = hi.map(|x| within(-down(-x)));
+        }
         (prim, same)
     }
 

@@ -89,6 +89,49 @@ fn validate_catches_defects() {
     assert!(deep.validate(&items).unwrap_err().contains("deeper"));
 }
 
+/// Each bound of each present child one step inward: whatever sticks out then must be seen.
+#[test]
+fn a_step_too_tight_is_seen() {
+    let items = boxes(300, 100, 1.0);
+    let good = build(&items, &Wanted::default());
+    good.validate(&items).unwrap();
+    // Rounded outward, a bound lies less than a step outside what it holds.
+    for axis in [0, 10, 20] {
+        for node in 0..good.compressed.len() {
+            for child in 0..8 {
+                let mut tight = good.clone();
+                let slot = &mut tight.compressed[node][child];
+                if slot.link == crate::abi::NONE || slot.lo >> axis & 1023 == 1023 {
+                    continue;
+                }
+                slot.lo += 1 << axis;
+                let message = tight.validate(&items).unwrap_err();
+                assert!(message.contains("sticks out"), "{message}");
+                let mut tight = good.clone();
+                let slot = &mut tight.compressed[node][child];
+                if slot.hi >> axis & 1023 == 0 {
+                    continue;
+                }
+                slot.hi -= 1 << axis;
+                assert!(tight.validate(&items).is_err(), "node {node}, child {child}, axis {axis}");
+            }
+        }
+    }
+}
+
+#[test]
+fn either_form_alone_is_the_one_of_both() {
+    let items = boxes(3000, 1000, 1.0);
+    let [both, nodes, compressed] = [Forms::Both, Forms::Nodes, Forms::Compressed]
+        .map(|forms| build(&items, &Wanted { forms, ..Wanted::default() }));
+    [&both, &nodes, &compressed].iter().for_each(|b| b.validate(&items).unwrap());
+    assert!(nodes.compressed.is_empty() && compressed.nodes.is_empty());
+    assert!(both.nodes == nodes.nodes && both.compressed == compressed.compressed);
+    assert!(both.order == nodes.order && both.order == compressed.order);
+    // Eight children a node: fewer than 0.6 of the nodes of four.
+    assert!(both.compressed.len() * 5 < both.nodes.len() * 3, "{} {}", both.compressed.len(), both.nodes.len());
+}
+
 fn on_threads(count: usize, items: &[Item], wanted: &Wanted) -> Bvh {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
     pool.install(|| build(items, wanted))
@@ -160,6 +203,8 @@ fn a_cache_gives_back_what_was_built() {
     let others = [
         (&items, Wanted { quality: Hierarchy::Best, ..cached }),
         (&items, Wanted { loose: [false, true], quality: Hierarchy::Fast, ..cached }),
+        (&items, Wanted { forms: Forms::Compressed, ..cached }),
+        (&items, Wanted { forms: Forms::Nodes, ..cached }),
         (&moved, cached),
         (&items, cached),
     ];

@@ -1,14 +1,26 @@
 //! Whether a hierarchy is sound.
 
+use super::wide::Form;
 use super::{Bvh, Item};
-use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, STACK_SIZE};
+use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS};
 
 impl Bvh {
-    /// Checks the structure: every item in exactly one leaf, leaves of one kind, every box around
-    /// its items, levels within the stack.
+    /// Checks the structure of each form that is there: every item in exactly one leaf, leaves of one kind, every
+    /// box around its items, levels within the stack.
     pub fn validate(&self, items: &[Item]) -> Result<(), String> {
-        if self.stack > STACK_SIZE as usize {
-            return Err(format!("{} entries pass the stack of {STACK_SIZE}", self.stack));
+        if self.nodes.is_empty() && self.compressed.is_empty() {
+            return Err("no nodes at all".into());
+        }
+        self.validate_form(&self.nodes, self.stack, items)?;
+        self.validate_form(&self.compressed, self.packet_stack, items)
+    }
+
+    fn validate_form<N: Form>(&self, nodes: &[N], stack: usize, items: &[Item]) -> Result<(), String> {
+        if nodes.is_empty() {
+            return Ok(());
+        }
+        if stack > N::STACK {
+            return Err(format!("{stack} entries pass the stack of {}", N::STACK));
         }
         let mut seen = vec![false; items.len()];
         let mut work = vec![(0u32, 1usize)];
@@ -16,9 +28,9 @@ impl Bvh {
             if level > self.depth {
                 return Err(format!("node {at} lies at level {level}, deeper than {}", self.depth));
             }
-            let n = self.nodes.get(at as usize).ok_or(format!("node {at} does not exist"))?;
+            let n = nodes.get(at as usize).ok_or(format!("node {at} does not exist"))?;
             for (child, lo, hi) in n.children() {
-                for item in self.items_below(child)? {
+                for item in self.items_below(nodes, child)? {
                     let b = items[item as usize].bounds;
                     if (0..3).any(|a| b.lo[a] < lo[a] || b.hi[a] > hi[a]) {
                         return Err(format!("item {item} sticks out of its box below node {at}"));
@@ -29,7 +41,7 @@ impl Bvh {
                     continue;
                 }
                 let mut kinds = [false; 2];
-                for item in self.items_below(child)? {
+                for item in self.items_below(nodes, child)? {
                     kinds[usize::from(items[item as usize].is_sphere)] = true;
                     if std::mem::replace(&mut seen[item as usize], true) {
                         return Err(format!("item {item} is in two leaves"));
@@ -46,7 +58,7 @@ impl Bvh {
         }
     }
 
-    fn items_below(&self, child: u32) -> Result<Vec<u32>, String> {
+    fn items_below<N: Form>(&self, nodes: &[N], child: u32) -> Result<Vec<u32>, String> {
         let (mut found, mut work) = (Vec::new(), vec![child]);
         while let Some(c) = work.pop() {
             if c & LEAF_BIT != 0 {
@@ -55,7 +67,7 @@ impl Bvh {
                 let run = self.order.get(first..first + count).ok_or("a leaf reaches past the items")?;
                 found.extend_from_slice(run);
             } else {
-                let n = self.nodes.get(c as usize).ok_or(format!("node {c} does not exist"))?;
+                let n = nodes.get(c as usize).ok_or(format!("node {c} does not exist"))?;
                 work.extend(n.children().map(|(child, ..)| child));
             }
         }

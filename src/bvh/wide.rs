@@ -1,29 +1,35 @@
 //! Nodes as the kernels read them, of more children, out of the binary hierarchy.
 
+use super::collapse::Collapse;
 use super::compressed::{self, CompressedNode};
 use super::pairs::{Child, Pair};
 use crate::abi::double::Node;
 use crate::abi::single::CompressedChild;
-use crate::abi::{LEAF_BIT, NONE};
+use crate::abi::{LEAF_BIT, NONE, PACKET_STACK_SIZE, STACK_SIZE};
 use rayon::prelude::*;
-
-/// Children of a node at most, of any form.
-const MOST: usize = compressed::CHILDREN;
 
 /// A form of node.
 pub(super) trait Form: Clone + Send {
     /// Children at most.
     const WIDTH: usize;
+    /// Entries of the stack that walks over it have.
+    const STACK: usize;
     /// A node of these.
     fn of(children: &[Child]) -> Self;
-    /// Links of the children that are there, to change.
+    /// Children that are there: link, least and greatest corner of the box as a ray sees it.
+    fn children(&self) -> impl Iterator<Item = (u32, [f64; 3], [f64; 3])>;
+    /// Links of the same, to change.
     fn links_mut(&mut self) -> impl Iterator<Item = &mut u32>;
 }
 
 impl Form for Node {
     const WIDTH: usize = 4;
+    const STACK: usize = STACK_SIZE as usize;
     fn of(children: &[Child]) -> Node {
         node(children)
+    }
+    fn children(&self) -> impl Iterator<Item = (u32, [f64; 3], [f64; 3])> {
+        Node::children(self)
     }
     fn links_mut(&mut self) -> impl Iterator<Item = &mut u32> {
         self.children_mut().map(|(link, ..)| link)
@@ -32,8 +38,12 @@ impl Form for Node {
 
 impl Form for CompressedNode {
     const WIDTH: usize = compressed::CHILDREN;
+    const STACK: usize = PACKET_STACK_SIZE as usize;
     fn of(children: &[Child]) -> CompressedNode {
         compressed::compressed(children)
+    }
+    fn children(&self) -> impl Iterator<Item = (u32, [f64; 3], [f64; 3])> {
+        compressed::children(self)
     }
     fn links_mut(&mut self) -> impl Iterator<Item = &mut u32> {
         self.iter_mut().map(|c: &mut CompressedChild| &mut c.link).filter(|link| **link != NONE)
@@ -113,15 +123,15 @@ struct Work {
 /// Subtrees that are made side by side; a constant, so that the nodes' order depends on the scene alone.
 const PARTS: usize = 64;
 
-/// Nodes of up to `width` children from the binary ones: a node takes the children of its child with the
-/// largest surface until it is full (Wald, Benthin, Boulos, "Getting Rid of Packets", 2008). Root first.
-pub(super) fn widened<N: Form>(pairs: &[Pair], width: usize) -> Widened<N> {
+/// Nodes of up to `width` children from the binary ones. Root first.
+fn widened<N: Form>(pairs: &[Pair], width: usize) -> Widened<N> {
     let mut bvh = Widened { nodes: vec![N::of(&[])], depth: 0, stack: 0 };
     // Level by level down to enough subtrees, then each of them.
+    let collapse = Collapse::new(pairs, width);
     let mut front = std::collections::VecDeque::from([Work { pair: 0, at: 0, level: 1, above: 0 }]);
     while front.len() < PARTS {
         let Some(work) = front.pop_front() else { break };
-        bvh.widen(pairs, width, work, |below| front.push_back(below));
+        bvh.widen(&collapse, work, |below| front.push_back(below));
     }
     let parts: Vec<Widened<N>> = front
         .par_iter()
@@ -130,7 +140,7 @@ pub(super) fn widened<N: Form>(pairs: &[Pair], width: usize) -> Widened<N> {
             let mut part = Widened { nodes: vec![N::of(&[])], depth: 0, stack: 0 };
             let mut stack = vec![Work { at: 0, ..*root }];
             while let Some(work) = stack.pop() {
-                part.widen(pairs, width, work, |below| stack.push(below));
+                part.widen(&collapse, work, |below| stack.push(below));
             }
             part
         })
@@ -157,20 +167,15 @@ pub(super) fn widened<N: Form>(pairs: &[Pair], width: usize) -> Widened<N> {
 }
 
 impl<N: Form> Widened<N> {
+    /// Of as many children as fit the stack, the first of `widths` that does.
+    pub fn fitting(pairs: &[Pair], widths: &[usize]) -> Option<Widened<N>> {
+        let fits = |width: usize| Some(widened(pairs, width)).filter(|w: &Widened<N>| w.stack <= N::STACK);
+        widths.iter().filter(|width| **width <= N::WIDTH).find_map(|width| fits(*width))
+    }
+
     /// Makes one node, keeps places for its children and hands them on.
-    fn widen(&mut self, pairs: &[Pair], width: usize, work: Work, mut hand_on: impl FnMut(Work)) {
-        let mut children = [Child::ABSENT; MOST];
-        let mut count = 2;
-        children[..2].copy_from_slice(&pairs[work.pair]);
-        while count < width {
-            let inner = (0..count).filter(|i| children[*i].link & LEAF_BIT == 0);
-            let largest = inner.max_by(|a, b| children[*a].half_area().total_cmp(&children[*b].half_area()));
-            let Some(i) = largest else { break };
-            let [left, right] = pairs[children[i].link as usize];
-            children.copy_within(i + 1..count, i + 2);
-            (children[i], children[i + 1]) = (left, right);
-            count += 1;
-        }
+    fn widen(&mut self, collapse: &Collapse, work: Work, mut hand_on: impl FnMut(Work)) {
+        let (mut children, count) = collapse.children(work.pair);
         let above = work.above + count - 1;
         self.depth = self.depth.max(work.level);
         self.stack = self.stack.max(above);

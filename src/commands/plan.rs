@@ -7,7 +7,7 @@ use super::render::{settings, write_json};
 use crate::atomic_file;
 use crate::cli::PlanArgs;
 use crate::outline::{self, Outline, Refused};
-use crate::pack::{Packed, pack};
+use crate::pack::Packed;
 use crate::plan::Plan;
 use crate::predict::{Model, Prediction, Unpredictable, Work};
 use crate::progress::{self, Progress, Style};
@@ -30,7 +30,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let mut renderer = Renderer::new(&args.device.choice(), false)?;
     let (settings, warnings) = renderer.trusted(&asked);
     renderer.check_precision(&settings)?;
-    let packed = pack(&scene, &settings, renderer.brute_force());
+    let packed = renderer.pack(&scene, &settings);
     let limits = renderer.device().limits();
     let planned = Plan::new(&packed, &settings, &limits);
     let file = args.scene.display().to_string();
@@ -146,7 +146,7 @@ pub(super) fn before(
 ) -> Result<Outline, Failure> {
     let time = trial(renderer, scene, asked, &mut Progress::new(style, "trial"))?;
     let (settings, _) = renderer.trusted(asked);
-    let packed = pack(scene, &settings, renderer.brute_force());
+    let packed = renderer.pack(scene, &settings);
     let limits = renderer.device().limits();
     let plan = Plan::new(&packed, &settings, &limits).map_err(RenderError::from)?;
     let device = renderer.device().info();

@@ -4,8 +4,8 @@ mod rounding;
 mod solids;
 mod triangles;
 
-use crate::abi::{self, double, single};
-use crate::bvh::{self, Bvh, Cache, Prim, Wanted};
+use crate::abi::{self, double};
+use crate::bvh::{self, Bvh, Cache, CompressedNode, Forms, Prim, Wanted};
 use crate::defect::Defect;
 use crate::found::{self, Found};
 use crate::frame::{Bounds, LocalFrame};
@@ -46,16 +46,16 @@ pub struct Packed {
     pub spheres: Vec<double::Sphere>,
     /// Very large and very small spheres.
     pub wide_spheres: Vec<double::WideSphere>,
-    /// The hierarchy's nodes; one unused node for brute force.
+    /// The hierarchy's nodes; one unused node for brute force, empty where rays walk in packets alone.
     pub nodes: Vec<double::Node>,
-    /// The same for packets, eight children a node.
-    pub compressed_nodes: Vec<single::CompressedChild>,
+    /// The same as packets of rays read them; empty for brute force, and where no packets walk.
+    pub compressed_nodes: Vec<CompressedNode>,
     /// Triangles, spheres are outside the hierarchy.
     pub loose: [bool; 2],
     /// Levels of the hierarchy; 0 for brute force.
     pub bvh_depth: usize,
-    /// Entries that a walk's stack may take; 0 for brute force.
-    pub bvh_stack: usize,
+    /// Entries that a packet's stack may take; 0 where no packets walk.
+    pub packet_stack: usize,
     /// Materials.
     pub materials: Vec<double::Material>,
     /// Lights.
@@ -80,9 +80,19 @@ pub struct Packed {
     pub degenerate_triangles: u64,
 }
 
-/// Packs `scene` for kernels of a precision. `brute_force` overrides the choice between brute force
-/// and hierarchy.
+/// Packs `scene` for kernels of a precision, whichever way rays will walk. `brute_force` overrides the choice
+/// between brute force and hierarchy.
 pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Packed {
+    pack_forms(scene, settings, brute_force, Forms::Both)
+}
+
+/// The same with `forms` of the hierarchy's nodes (`plan::Limits::forms` knows which a device needs).
+pub fn pack_forms(
+    scene: &Scene,
+    settings: &Settings,
+    brute_force: Option<bool>,
+    forms: Forms,
+) -> Packed {
     let precision = settings.precision;
     let planted = |d: Defect| settings.planted == Some(d);
     let on = |f: Feature| settings.schedule.general.has(f);
@@ -177,14 +187,13 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
     let bvh = if brute {
         Bvh {
             nodes: vec![double::Node::default()],
-            compressed: vec![single::CompressedChild::default()],
             order: prims.into_iter().map(|p| p.index).collect(),
-            depth: 0,
-            stack: 0,
+            ..Bvh::default()
         }
     } else {
         let cache = Cache::of_user();
-        let wanted = Wanted { loose, quality: settings.schedule.hierarchy, cache: cache.as_ref() };
+        let forms = if precision == Precision::Double { Forms::Nodes } else { forms };
+        let wanted = Wanted { loose, quality: settings.schedule.hierarchy, forms, cache: cache.as_ref() };
         bvh::build_prims(prims, &wanted, if exact { None } else { Some(&bounds) })
     };
     let (triangle_order, sphere_order) = bvh.order.split_at(count);
@@ -228,7 +237,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
         compressed_nodes: bvh.compressed,
         loose: loose.map(|l| l && !brute),
         bvh_depth: bvh.depth,
-        bvh_stack: bvh.stack,
+        packet_stack: bvh.packet_stack,
         materials: scene.materials.iter().map(material).collect(),
         lights,
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),

@@ -11,8 +11,15 @@ use crate::units;
 pub(crate) const HEAP_EIGHTHS: u64 = 6;
 
 /// Buffers that grow with a scene's primitives.
-const OF_PRIMITIVES: [Buf; 6] =
-    [Buf::Triangles, Buf::FlatNormals, Buf::CornerNormals, Buf::Spheres, Buf::WideSpheres, Buf::Nodes];
+const OF_PRIMITIVES: [Buf; 7] = [
+    Buf::Triangles,
+    Buf::FlatNormals,
+    Buf::CornerNormals,
+    Buf::Spheres,
+    Buf::WideSpheres,
+    Buf::Nodes,
+    Buf::CompressedNodes,
+];
 
 /// True for a buffer that no kernel writes and that each kernel which reads it can read as texels.
 fn is_texels_alone(buffer: Buf) -> bool {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::abi::double;
-use crate::pack::pack;
+use crate::pack::{pack, pack_forms};
 use crate::scene::{Fresnel, Scene};
 use crate::stress::shapes::{cuboid, empty, glass};
 use bytemuck::zeroed_vec;
@@ -29,6 +29,7 @@ fn mesh(triangles: usize) -> Packed {
     packed.flat_normals = zeroed_vec::<double::FlatNormal>(triangles);
     // As many as a mesh of 1,1 million has, in proportion.
     packed.nodes = zeroed_vec::<double::Node>(triangles / 4);
+    packed.compressed_nodes = zeroed_vec(triangles / 7);
     packed
 }
 
@@ -66,11 +67,12 @@ fn what_is_too_large_is_refused_with_what_fits() {
 #[test]
 fn texels_reach_further_than_storage() {
     let mut packed = mesh(1000);
-    // 134 MB of nodes alone.
+    // 134 MB of nodes alone, in either form.
     packed.nodes = zeroed_vec(1_300_000);
+    packed.compressed_nodes = zeroed_vec(1_100_000);
     let settings = Settings::of(&scene());
     let plan = Plan::new(&packed, &settings, &Limits::LAVAPIPE).unwrap();
-    assert!(plan.buffer_bytes[Buf::Nodes as usize] > Limits::LAVAPIPE.storage_range);
+    assert!(plan.buffer_bytes[Buf::CompressedNodes as usize] > Limits::LAVAPIPE.storage_range);
     check(&plan, &Limits::LAVAPIPE);
     let without = Limits { is_cpu: false, ..Limits::LAVAPIPE };
     let message = Plan::new(&packed, &settings, &without).unwrap_err().to_string();
@@ -89,5 +91,37 @@ fn large_images_and_deep_paths_are_cut_to_size() {
             assert!(plan.specialisation.branching == 1);
             assert!(u64::from(plan.capacity) >= u64::from(plan.tile_pixels) * u64::from(plan.batch_samples));
         }
+    }
+}
+
+/// A plan holds one form of nodes alone, and what it asks `pack` for is what it then needs.
+#[test]
+fn one_form_of_nodes_is_held() {
+    let settings = Settings::of(&scene());
+    let gpu = Limits { is_cpu: false, ..Limits::LAVAPIPE };
+    let mut lone = settings.clone();
+    lone.schedule.general = lone.schedule.general.with(Feature::LoneRays);
+    let mut odd = settings.clone();
+    odd.schedule.workgroup = Some(12);
+    // Fewer texels than a storage binding may have: nodes must be there for the case that they do not reach.
+    let short = Limits { texel_elements: 1 << 22, ..Limits::LAVAPIPE };
+    let cases = [
+        (&settings, Limits::LAVAPIPE, Forms::Compressed, true),
+        (&settings, gpu, Forms::Nodes, false),
+        (&lone, Limits::LAVAPIPE, Forms::Nodes, false),
+        (&odd, Limits::LAVAPIPE, Forms::Nodes, false),
+        (&settings, short, Forms::Both, true),
+        (&settings, Limits { texel_elements: 1 << 10, ..Limits::LAVAPIPE }, Forms::Both, false),
+    ];
+    for (settings, limits, forms, packets) in cases {
+        assert_eq!(limits.forms(settings), forms, "{limits:?}");
+        let plan = |packed: &Packed| Plan::new(packed, settings, &limits).unwrap();
+        let alone = pack_forms(&scene(), settings, Some(false), forms);
+        let both = plan(&pack(&scene(), settings, Some(false)));
+        assert_eq!(plan(&alone), both, "{limits:?}");
+        assert_eq!(both.specialisation.lanes != 0, packets, "{limits:?}");
+        let bytes = |buffer: Buf| both.buffer_bytes[buffer as usize];
+        let unused = if packets { Buf::Nodes } else { Buf::CompressedNodes };
+        assert_eq!(bytes(unused), element_bytes(abi::BUFFERS[unused as usize].1, settings.precision));
     }
 }

@@ -18,7 +18,7 @@ pub use unfinished::{Begun, Mismatch, Unfinished};
 
 use crate::coincident;
 use crate::kernels::Kernel;
-use crate::pack::pack;
+use crate::pack::{Packed, pack_forms};
 use crate::plan::{Plan, PlanError};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
@@ -181,6 +181,11 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
+    /// The scene as this device's kernels need it.
+    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings) -> Packed {
+        pack_forms(scene, settings, self.brute_force, self.device.limits().forms(settings))
+    }
+
     pub(crate) fn brute_force(&self) -> Option<bool> {
         self.brute_force
     }
@@ -234,7 +239,7 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings);
         let settings = &settings;
         self.check_precision(settings)?;
-        let packed = pack(scene, settings, self.brute_force);
+        let packed = self.pack(scene, settings);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let device = self.device.info();
         let identity = || Identity::new(&device, &packed, scene, settings);

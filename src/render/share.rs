@@ -7,7 +7,7 @@ use super::tile::Tile;
 use super::{Observer, Quiet, RenderError, Renderer};
 use crate::kernels::Kernel;
 use crate::measure::stats::median;
-use crate::pack::{Packed, pack};
+use crate::pack::Packed;
 use crate::plan::Plan;
 use crate::predict::{Model, Unpredictable};
 use crate::report::Report;
@@ -76,7 +76,7 @@ impl Share {
         let start = Instant::now();
         let (settings, _) = renderer.trusted(settings);
         renderer.check_precision(&settings)?;
-        let packed = pack(scene, &settings, renderer.brute_force);
+        let packed = renderer.pack(scene, &settings);
         let plan = Plan::new(&packed, &settings, &renderer.device.limits())?;
         let built = start.elapsed();
         let start = Instant::now();

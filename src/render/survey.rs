@@ -7,7 +7,7 @@ use super::unfinished::Identity;
 use super::{Begun, Observer, RenderError, Renderer};
 use crate::abi;
 use crate::measure::samples::{Mark, Traced};
-use crate::pack::{Packed, pack};
+use crate::pack::Packed;
 use crate::plan::Plan;
 use crate::report::Report;
 use crate::scene::Scene;
@@ -56,7 +56,7 @@ impl Survey {
         let settings = Settings { samples: u32::MAX, crop: None, ..settings.clone() };
         let (settings, warnings) = renderer.trusted(&settings);
         renderer.check_precision(&settings)?;
-        let packed = pack(scene, &settings, renderer.brute_force);
+        let packed = renderer.pack(scene, &settings);
         let plan = Plan::survey(&packed, &settings, &renderer.device.limits())?;
         let built = start.elapsed();
         let start = Instant::now();

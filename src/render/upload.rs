@@ -85,7 +85,7 @@ pub(super) fn uploads<'a>(
         Upload::new::<_, abi::single::Sphere>(Buf::Spheres, &packed.spheres, double),
         Upload::new::<_, abi::single::WideSphere>(Buf::WideSpheres, &packed.wide_spheres, double),
         Upload::new::<_, abi::single::Node>(Buf::Nodes, &packed.nodes, double),
-        Upload::plain(Buf::CompressedNodes, &packed.compressed_nodes),
+        Upload::plain(Buf::CompressedNodes, packed.compressed_nodes.as_flattened()),
         Upload::new::<_, abi::single::Material>(Buf::Materials, &packed.materials, double),
         Upload::new::<_, abi::single::Light>(Buf::Lights, &packed.lights, double),
         Upload::plain(Buf::SolidIors, &packed.solid_iors),

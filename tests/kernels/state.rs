@@ -346,6 +346,8 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         m.nodes = built.nodes.iter().map(Node::from).collect();
         // Equally many for every seed, so that one set of buffers serves all.
         m.nodes.resize(items.len(), Node::default());
+        m.compressed_nodes = built.compressed.as_flattened().to_vec();
+        m.compressed_nodes.resize(8 * items.len(), CompressedChild::default());
         built.order
     } else {
         m.nodes = vec![Node::default()];

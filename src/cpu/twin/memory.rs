@@ -79,7 +79,7 @@ impl Memory {
         memory.spheres = from_host(&packed.spheres);
         memory.wide_spheres = from_host(&packed.wide_spheres);
         memory.nodes = from_host(&packed.nodes);
-        memory.compressed_nodes.clone_from(&packed.compressed_nodes);
+        memory.compressed_nodes = packed.compressed_nodes.as_flattened().to_vec();
         memory.materials = from_host(&packed.materials);
         memory.lights = from_host(&packed.lights);
         memory.solid_iors.clone_from(&packed.solid_iors);
