@@ -190,7 +190,8 @@ impl Plan {
         };
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
-        let mut packets = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
+        let may_pack = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
+        let mut packets = may_pack;
         loop {
             plan.size_for(packed, settings, batch, room, packets);
             plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
@@ -202,6 +203,8 @@ impl Plan {
                 break;
             }
             if batch == 1 {
+                // What fits may be read as texels even where all of this may not.
+                plan.size_for(packed, settings, batch, room, may_pack);
                 return Err(plan.too_large(packed, settings, limits));
             }
             batch = (batch / 2).max(1);
