@@ -212,8 +212,7 @@ impl Plan {
         if packets {
             plan.specialisation.lanes = limits.shuffle_lanes;
             // In steps, so that scenes of about a size share their compiled kernels.
-            plan.specialisation.stack_size =
-                (packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
+            plan.specialisation.stack_size = (packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
         }
         // A survey does not say how many samples it will be asked for: as many as a picture takes.
         let samples = if survey { pixels.saturating_mul(16) } else { total };

@@ -85,3 +85,64 @@ impl Collapse<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::pcg4d;
+
+    /// A binary hierarchy whose children are leaves or further pairs by chance, of boxes of any size.
+    fn hierarchy(seed: u32, inner: u32) -> Vec<Pair> {
+        let mut pairs = vec![[Child::ABSENT; 2]];
+        let mut open = std::collections::VecDeque::from([(0, 0), (0, 1)]);
+        while let Some((at, side)) = open.pop_front() {
+            let [x, y, z, chance] = pcg4d([seed, at as u32, side as u32, inner]);
+            let mut child = Child { lo: [0.0; 3], hi: [x, y, z].map(|c| c as f32 / 4e9), ..Child::ABSENT };
+            let next = pairs.len();
+            if next <= inner as usize && (chance % 3 != 0 || open.is_empty()) {
+                child.link = next as u32;
+                pairs.push([Child::ABSENT; 2]);
+                open.extend([(next, 0), (next, 1)]);
+            }
+            pairs[at][side] = child;
+        }
+        pairs
+    }
+
+    fn is_inner(child: &&Child) -> bool {
+        child.link & LEAF_BIT == 0
+    }
+
+    /// Surfaces below the node made of pair `at`, whichever of all its possible children make them least.
+    fn least(pairs: &[Pair], at: usize, width: usize) -> f64 {
+        let (mut best, mut work) = (f64::INFINITY, vec![pairs[at].to_vec()]);
+        while let Some(children) = work.pop() {
+            let below = |c: &Child| c.half_area() + least(pairs, c.link as usize, width);
+            best = best.min(children.iter().filter(is_inner).map(below).sum());
+            for i in (0..children.len()).filter(|i| children.len() < width && is_inner(&&children[*i])) {
+                let mut opened = children.clone();
+                opened.splice(i..=i, pairs[children[i].link as usize]);
+                work.push(opened);
+            }
+        }
+        best
+    }
+
+    fn taken(collapse: &Collapse, at: usize) -> f64 {
+        let (children, count) = collapse.children(at);
+        assert!(count <= collapse.width);
+        let below = |c: &Child| c.half_area() + taken(collapse, c.link as usize);
+        children[..count].iter().filter(is_inner).map(below).sum()
+    }
+
+    #[test]
+    fn no_other_choice_of_nodes_has_less_surface() {
+        for (seed, width) in (0..60).zip([2, 3, 4, 8].into_iter().cycle()) {
+            let pairs = hierarchy(seed, 7);
+            let (found, best) = (taken(&Collapse::new(&pairs, width), 0), least(&pairs, 0, width));
+            assert!((found - best).abs() <= 1e-5 * best, "{seed}, {width}: {found} for {best}");
+            // More children leave fewer nodes.
+            assert!(best <= taken(&Collapse::new(&pairs, 2), 0) * 1.00001);
+        }
+    }
+}

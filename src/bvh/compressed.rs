@@ -98,8 +98,7 @@ pub(super) fn compressed(children: &[Child]) -> CompressedNode {
 /// Children of a node that are there: link, least and greatest corner as the kernels see them.
 pub(super) fn children(node: &CompressedNode) -> impl Iterator<Item = (u32, [f64; 3], [f64; 3])> {
     let grids = grids(node);
-    let corner = move |word: u32| {
-        [0, 1, 2].map(|a| f64::from(grids[a].at(word >> (a as u32 * BITS) & STEPS)))
-    };
+    let corner =
+        move |word: u32| [0, 1, 2].map(|a| f64::from(grids[a].at(word >> (a as u32 * BITS) & STEPS)));
     node.iter().filter(|c| c.link != NONE).map(move |c| (c.link, corner(c.lo), corner(c.hi)))
 }

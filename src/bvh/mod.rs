@@ -18,9 +18,9 @@ use crate::abi::double::Node;
 use crate::abi::{LEAF_BIT, LEAF_FIRST_BITS, LEAF_MAX, STACK_SIZE};
 use crate::frame::Bounds;
 use crate::settings::Hierarchy;
+pub use compressed::CompressedNode;
 use pairs::{Box3, Child, Pair};
 use rayon::prelude::*;
-pub use compressed::CompressedNode;
 use wide::Widened;
 
 /// What the builder knows of a primitive.

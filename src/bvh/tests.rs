@@ -129,7 +129,12 @@ fn either_form_alone_is_the_one_of_both() {
     assert!(both.nodes == nodes.nodes && both.compressed == compressed.compressed);
     assert!(both.order == nodes.order && both.order == compressed.order);
     // Of more children each, there are fewer.
-    assert!(both.compressed.len() * 3 < both.nodes.len() * 2, "{} {}", both.compressed.len(), both.nodes.len());
+    assert!(
+        both.compressed.len() * 3 < both.nodes.len() * 2,
+        "{} {}",
+        both.compressed.len(),
+        both.nodes.len()
+    );
 }
 
 fn on_threads(count: usize, items: &[Item], wanted: &Wanted) -> Bvh {

@@ -87,12 +87,7 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Pa
 }
 
 /// The same with `forms` of the hierarchy's nodes (`plan::Limits::forms` knows which a device needs).
-pub fn pack_forms(
-    scene: &Scene,
-    settings: &Settings,
-    brute_force: Option<bool>,
-    forms: Forms,
-) -> Packed {
+pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force: Option<bool>, forms: Forms) -> Packed {
     let precision = settings.precision;
     let planted = |d: Defect| settings.planted == Some(d);
     let on = |f: Feature| settings.schedule.general.has(f);
