@@ -321,6 +321,11 @@ impl Plan {
         may_read_texels(settings, limits) && self.buffer_bytes.iter().enumerate().all(fits)
     }
 
+    /// Whether the rays of a subgroup walk the hierarchy together, over compressed nodes.
+    pub fn walks_in_packets(&self) -> bool {
+        self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
+    }
+
     /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.
     fn lanes_join(&self, limits: &Limits) -> bool {
         matches!(limits.shuffle_lanes, 4 | 8)

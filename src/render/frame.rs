@@ -112,7 +112,12 @@ impl Frame {
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
         let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
         let camera = [packed.camera(scene, settings)];
+        // A scene may be packed for either walk; the plan has room for the nodes of one.
+        let unused = if plan.walks_in_packets() { Buf::Nodes } else { Buf::CompressedNodes };
         for upload in uploads(packed, &camera, settings.precision) {
+            if upload.buffer == unused {
+                continue;
+            }
             recorder.upload_made(&mut buffers, upload.buffer, upload.shape, &|from, out| {
                 upload.fill(from, out)
             })?;

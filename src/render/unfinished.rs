@@ -3,7 +3,8 @@
 use super::frame::Drawn;
 use super::tally::{Tally, settings_info};
 use super::tile::Tile;
-use super::upload::uploads;
+use super::upload::{Upload, uploads};
+use crate::abi::Buf;
 use crate::image::linear_sha256;
 use crate::pack::Packed;
 use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo, TimeInfo};
@@ -32,7 +33,9 @@ impl Identity {
     pub(super) fn new(device: &DeviceInfo, packed: &Packed, scene: &Scene, settings: &Settings) -> Identity {
         let camera = [packed.camera(scene, settings)];
         let mut hash = Sha256::new();
-        for upload in uploads(packed, &camera, settings.precision) {
+        // Nodes decide no bit, and which form of them there is follows from the schedule.
+        let is_node = |u: &Upload| matches!(u.buffer, Buf::Nodes | Buf::CompressedNodes);
+        for upload in uploads(packed, &camera, settings.precision).into_iter().filter(|u| !is_node(u)) {
             // With its length, so that no byte can change buffers unseen.
             hash.update((upload.shape.bytes as u64).to_le_bytes());
             upload.pieces(|bytes| hash.update(bytes));
