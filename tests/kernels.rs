@@ -99,6 +99,25 @@ fn intersect() {
     assert!(hits > 2000, "only {hits} rays hit anything");
 }
 
+/// What packets find comes from the compressed nodes: with every box one step wide, they find less.
+#[test]
+fn packets_read_compressed_nodes() {
+    let device: Rc<Device> = device();
+    let (_, variant) = variants()[1];
+    let mut state = State::new(variant, 3);
+    (state.spec.lanes, state.spec.texels) = (device.limits().shuffle_lanes, 1);
+    let mut bench = Bench::new(&device, &state.spec, &state.memory);
+    let twin =
+        check(&mut bench, &state, &state.memory, Kernel::Intersect, &state.push(), "as they were made");
+    let mut memory = state.memory.clone();
+    memory.compressed_nodes.iter_mut().for_each(|c| c.hi = c.lo);
+    bench.upload(&memory);
+    bench.run(Kernel::Intersect, &state.push(), state.push().items);
+    let found = bench.download(&memory);
+    let hits = |m: &Memory| m.hits[..state.count()].iter().filter(|h| h.primitive != NONE).count();
+    assert!(hits(&found) < hits(&twin), "{} of {}", hits(&found), hits(&twin));
+}
+
 /// The shapes as constants of the kernel: one compilation each, so one state.
 #[test]
 fn intersect_known_shapes() {
