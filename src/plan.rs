@@ -8,9 +8,10 @@ pub(crate) use fit::HEAP_EIGHTHS;
 use crate::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::general::Feature;
 use crate::kernels::{KERNELS, Kernel};
-use crate::pack::Packed;
+use crate::pack::{Packed, pack};
 use crate::passes::{self, When};
 use crate::reach::Reach;
+use crate::scene::Scene;
 use crate::settings::{Origin, Precision, Settings};
 
 /// The limits of a device that a plan depends on.
@@ -91,6 +92,34 @@ const LIGHTS_PER_PASS: u32 = 8;
 /// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
 pub(crate) const KNOWN_SAMPLES: u64 = 1 << 21;
 
+/// Primitives that are all tested, at most; beyond them walking a hierarchy pays (ARCHITECTURE.md, "Figures").
+pub const BRUTE_FORCE_MAX: usize = 32;
+/// The same where the rays of a subgroup walk together and the shapes are no constants.
+const BRUTE_FORCE_MAX_LOADED: usize = 12;
+
+/// Up to how many primitives every one is tested (`pack`). `forced`: always or never, whatever the scene. `survey`:
+/// for [`Plan::survey`].
+pub fn brute_force_max(forced: Option<bool>, settings: &Settings, limits: &Limits, survey: bool) -> usize {
+    let on = |f: Feature| settings.schedule.general.has(f);
+    match forced {
+        Some(true) => usize::MAX,
+        Some(false) => 0,
+        None if on(Feature::Hierarchy) => 0,
+        None if !may_join(settings, limits)
+            || on(Feature::LoneRays)
+            || knows_shapes(settings, limits, survey) =>
+        {
+            BRUTE_FORCE_MAX
+        }
+        None => BRUTE_FORCE_MAX_LOADED,
+    }
+}
+
+/// Packs `scene` for a [`Plan::new`] under these limits.
+pub fn pack_for(scene: &Scene, settings: &Settings, limits: &Limits) -> Packed {
+    pack(scene, settings, brute_force_max(None, settings, limits, false))
+}
+
 impl Plan {
     /// Plans the image of `packed` under `settings`.
     ///
@@ -109,12 +138,7 @@ impl Plan {
     }
 
     fn build(packed: &Packed, settings: &Settings, limits: &Limits, survey: bool) -> Result<Plan, PlanError> {
-        let workgroup = settings
-            .schedule
-            .workgroup
-            .unwrap_or(64)
-            .min(limits.workgroup_invocations)
-            .min(abi::WORKGROUP_MAX);
+        let workgroup = workgroup(settings, limits);
         let [x0, y0, x1, y1] = settings.region();
         let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
         let total = pixels.saturating_mul(u64::from(settings.samples));
@@ -191,10 +215,7 @@ impl Plan {
             plan.specialisation.stack_size =
                 (packed.bvh_stack as u32).next_multiple_of(8).min(abi::STACK_SIZE);
         }
-        // A survey does not say how many samples it will be asked for: as many as a picture takes.
-        let samples = if survey { pixels.saturating_mul(16) } else { total };
-        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu && !on(Feature::LoadedShapes);
-        if by_brute_force && plan.lanes_join(limits) && settings.schedule.constants.unwrap_or(repaid) {
+        if by_brute_force && plan.lanes_join(limits) && knows_shapes(settings, limits, survey) {
             plan.know_few(packed, limits);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
@@ -305,11 +326,9 @@ impl Plan {
             && !settings.schedule.general.has(Feature::LoneRays)
     }
 
-    /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.
+    /// Whether the lanes of a subgroup can work together, and all is read as texels.
     fn lanes_join(&self, limits: &Limits) -> bool {
-        matches!(limits.shuffle_lanes, 4 | 8)
-            && self.specialisation.workgroup.is_multiple_of(limits.shuffle_lanes)
-            && self.specialisation.texels != 0
+        is_full(self.specialisation.workgroup, limits) && self.specialisation.texels != 0
     }
 
     /// The kernels that a frame runs.
@@ -326,6 +345,32 @@ impl Plan {
     pub fn bytes(&self) -> u64 {
         self.buffer_bytes.iter().sum()
     }
+}
+
+/// Invocations per workgroup.
+fn workgroup(settings: &Settings, limits: &Limits) -> u32 {
+    settings.schedule.workgroup.unwrap_or(64).min(limits.workgroup_invocations).min(abi::WORKGROUP_MAX)
+}
+
+/// Whether subgroups are full and of a size that the kernels' shuffles know.
+fn is_full(workgroup: u32, limits: &Limits) -> bool {
+    matches!(limits.shuffle_lanes, 4 | 8) && workgroup.is_multiple_of(limits.shuffle_lanes)
+}
+
+/// Whether the lanes of a subgroup can work together on a scene that texel views reach all of.
+fn may_join(settings: &Settings, limits: &Limits) -> bool {
+    may_read_texels(settings, limits) && is_full(workgroup(settings, limits), limits)
+}
+
+/// Whether a small scene's shapes become constants, where the lanes of a subgroup can work together.
+fn knows_shapes(settings: &Settings, limits: &Limits, survey: bool) -> bool {
+    let [x0, y0, x1, y1] = settings.region();
+    let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
+    // A survey does not say how many samples it will be asked for: as many as a picture takes.
+    let samples = pixels.saturating_mul(if survey { 16 } else { settings.samples.into() });
+    let repaid =
+        samples >= KNOWN_SAMPLES && limits.is_cpu && !settings.schedule.general.has(Feature::LoadedShapes);
+    settings.schedule.constants.unwrap_or(repaid)
 }
 
 /// Whether kernels read texels where views reach far enough.

@@ -103,7 +103,7 @@ fn absent(renderer: &Renderer, scene: &Scene, settings: &Settings, plan: &Plan) 
         .iter()
         .map(|f| (*f, with(f)))
         .filter(|(_, s)| {
-            let packed = crate::pack::pack(scene, s, renderer.brute_force());
+            let packed = crate::pack::pack(scene, s, renderer.brute_force_max(s, false));
             let other = Plan::new(&packed, s, &limits);
             other.is_ok_and(|p| p.specialisation != plan.specialisation || p.last_depth != plan.last_depth)
         })

@@ -19,7 +19,7 @@ pub use unfinished::{Begun, Mismatch, Unfinished};
 use crate::coincident;
 use crate::kernels::Kernel;
 use crate::pack::pack;
-use crate::plan::{Plan, PlanError};
+use crate::plan::{self, Plan, PlanError};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::selftest::{self, SelfTest};
@@ -181,8 +181,13 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
-    pub(crate) fn brute_force(&self) -> Option<bool> {
+    pub(crate) fn forced_brute_force(&self) -> Option<bool> {
         self.brute_force
+    }
+
+    /// Up to how many primitives every one is tested, of an image or (`survey`) of listed pixels.
+    pub(crate) fn brute_force_max(&self, settings: &Settings, survey: bool) -> usize {
+        plan::brute_force_max(self.brute_force, settings, &self.device.limits(), survey)
     }
 
     /// Plants a missing barrier, for a test of the validation.
@@ -234,7 +239,7 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings);
         let settings = &settings;
         self.check_precision(settings)?;
-        let packed = pack(scene, settings, self.brute_force);
+        let packed = pack(scene, settings, self.brute_force_max(settings, false));
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let device = self.device.info();
         let identity = || Identity::new(&device, &packed, scene, settings);
