@@ -7,7 +7,7 @@ pub use text::text;
 
 use crate::abi::{self, Buf};
 use crate::found::Found;
-use crate::pack::{BRUTE_FORCE_MAX, Packed};
+use crate::pack::Packed;
 use crate::plan::{HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
 use crate::predict::Prediction;
 use crate::report::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
@@ -236,13 +236,13 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
 }
 
 fn search(packed: &Packed) -> SearchInfo {
-    let count = grouped(packed.found.primitives());
+    let (count, max) = (grouped(packed.found.primitives()), packed.brute_force_max);
     if packed.bvh_depth == 0 {
         return SearchInfo {
             kind: "brute force",
             nodes: 0,
             depth: 0,
-            why: format!("{count} primitives; up to {BRUTE_FORCE_MAX} every one is tested"),
+            why: format!("{count} primitives; up to {max} every one is tested"),
         };
     }
     let outside = match packed.loose {
@@ -250,11 +250,7 @@ fn search(packed: &Packed) -> SearchInfo {
         [_, true] if packed.found.spheres > 0 => "; the few spheres are tested one by one",
         _ => "",
     };
-    let most = if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
-        "more than"
-    } else {
-        "switched on; not above"
-    };
+    let most = if packed.found.primitives() > max as u64 { "more than" } else { "switched on; not above" };
     SearchInfo {
         kind: "hierarchy",
         nodes: match packed.compressed_nodes.len() {
@@ -262,7 +258,7 @@ fn search(packed: &Packed) -> SearchInfo {
             packets => packets as u64,
         },
         depth: packed.bvh_depth as u64,
-        why: format!("{count} primitives, {most} {BRUTE_FORCE_MAX}{outside}"),
+        why: format!("{count} primitives, {most} {max}{outside}"),
     }
 }
 

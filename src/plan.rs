@@ -9,9 +9,10 @@ use crate::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::bvh::Forms;
 use crate::general::Feature;
 use crate::kernels::{KERNELS, Kernel};
-use crate::pack::Packed;
+use crate::pack::{Packed, pack};
 use crate::passes::{self, When};
 use crate::reach::Reach;
+use crate::scene::Scene;
 use crate::settings::{Origin, Precision, Settings};
 
 /// The limits of a device that a plan depends on.
@@ -49,10 +50,8 @@ impl Limits {
     /// eight pixels meet much the same nodes: they walk together. A GPU's lanes load side by side, and 32 or 64
     /// rays have less in common.
     pub fn forms(&self, settings: &Settings) -> Forms {
-        let workgroup = workgroup(settings, self);
-        let full = matches!(self.shuffle_lanes, 4 | 8) && workgroup.is_multiple_of(self.shuffle_lanes);
         let lone = settings.schedule.general.has(Feature::LoneRays);
-        if !full || lone || !may_read_texels(settings, self) {
+        if lone || !may_join(settings, self) {
             Forms::Nodes
         } else if TEXEL_BYTES * u64::from(self.texel_elements) >= self.storage_range {
             // What texels do not reach fits no binding either.
@@ -111,6 +110,34 @@ const LIGHTS_PER_PASS: u32 = 8;
 /// Samples from which on a small scene's shapes become constants: on lavapipe that costs about a second of
 /// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
 pub(crate) const KNOWN_SAMPLES: u64 = 1 << 21;
+
+/// Primitives that are all tested, at most; beyond them walking a hierarchy pays (ARCHITECTURE.md, "Figures").
+pub const BRUTE_FORCE_MAX: usize = 32;
+/// The same where the rays of a subgroup walk together and the shapes are no constants.
+const BRUTE_FORCE_MAX_LOADED: usize = 12;
+
+/// Up to how many primitives every one is tested (`pack`). `forced`: always or never, whatever the scene. `survey`:
+/// for [`Plan::survey`].
+pub fn brute_force_max(forced: Option<bool>, settings: &Settings, limits: &Limits, survey: bool) -> usize {
+    let on = |f: Feature| settings.schedule.general.has(f);
+    match forced {
+        Some(true) => usize::MAX,
+        Some(false) => 0,
+        None if on(Feature::Hierarchy) => 0,
+        None if !may_join(settings, limits)
+            || on(Feature::LoneRays)
+            || knows_shapes(settings, limits, survey) =>
+        {
+            BRUTE_FORCE_MAX
+        }
+        None => BRUTE_FORCE_MAX_LOADED,
+    }
+}
+
+/// Packs `scene` for a [`Plan::new`] under these limits.
+pub fn pack_for(scene: &Scene, settings: &Settings, limits: &Limits) -> Packed {
+    pack(scene, settings, brute_force_max(None, settings, limits, false))
+}
 
 impl Plan {
     /// Plans the image of `packed` under `settings`.
@@ -214,10 +241,7 @@ impl Plan {
             // In steps, so that scenes of about a size share their compiled kernels.
             plan.specialisation.stack_size = (packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
         }
-        // A survey does not say how many samples it will be asked for: as many as a picture takes.
-        let samples = if survey { pixels.saturating_mul(16) } else { total };
-        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu && !on(Feature::LoadedShapes);
-        if by_brute_force && plan.lanes_join(limits) && settings.schedule.constants.unwrap_or(repaid) {
+        if by_brute_force && plan.lanes_join(limits) && knows_shapes(settings, limits, survey) {
             plan.know_few(packed, limits);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
@@ -326,11 +350,9 @@ impl Plan {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
     }
 
-    /// Whether a subgroup is full and of a size that the kernels' shuffles know, and all is read as texels.
+    /// Whether the lanes of a subgroup can work together, and all is read as texels.
     fn lanes_join(&self, limits: &Limits) -> bool {
-        matches!(limits.shuffle_lanes, 4 | 8)
-            && self.specialisation.workgroup.is_multiple_of(limits.shuffle_lanes)
-            && self.specialisation.texels != 0
+        is_full(self.specialisation.workgroup, limits) && self.specialisation.texels != 0
     }
 
     /// The kernels that a frame runs.
@@ -349,9 +371,30 @@ impl Plan {
     }
 }
 
-/// Invocations of a workgroup.
+/// Invocations per workgroup.
 fn workgroup(settings: &Settings, limits: &Limits) -> u32 {
     settings.schedule.workgroup.unwrap_or(64).min(limits.workgroup_invocations).min(abi::WORKGROUP_MAX)
+}
+
+/// Whether subgroups are full and of a size that the kernels' shuffles know.
+fn is_full(workgroup: u32, limits: &Limits) -> bool {
+    matches!(limits.shuffle_lanes, 4 | 8) && workgroup.is_multiple_of(limits.shuffle_lanes)
+}
+
+/// Whether the lanes of a subgroup can work together on a scene that texel views reach all of.
+fn may_join(settings: &Settings, limits: &Limits) -> bool {
+    may_read_texels(settings, limits) && is_full(workgroup(settings, limits), limits)
+}
+
+/// Whether a small scene's shapes become constants, where the lanes of a subgroup can work together.
+fn knows_shapes(settings: &Settings, limits: &Limits, survey: bool) -> bool {
+    let [x0, y0, x1, y1] = settings.region();
+    let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
+    // A survey does not say how many samples it will be asked for: as many as a picture takes.
+    let samples = pixels.saturating_mul(if survey { 16 } else { settings.samples.into() });
+    let repaid =
+        samples >= KNOWN_SAMPLES && limits.is_cpu && !settings.schedule.general.has(Feature::LoadedShapes);
+    settings.schedule.constants.unwrap_or(repaid)
 }
 
 /// Whether kernels read texels where views reach far enough.

@@ -1,6 +1,5 @@
 use super::*;
-use crate::pack::pack;
-use crate::plan::Limits;
+use crate::plan::{Limits, pack_for};
 use crate::report::DepthInfo;
 use crate::scene;
 use crate::settings::Settings;
@@ -11,7 +10,7 @@ fn plan(name: &str, depth: u32) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = scene::load(&path).expect("a scene");
     let settings = Settings { depth, ..Settings::of(&scene) };
-    Plan::new(&pack(&scene, &settings, None), &settings, &Limits::LAVAPIPE).expect("a plan")
+    Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }
 
 /// Kernel, depth and microseconds.

@@ -7,7 +7,7 @@ use crate::general::Feature;
 use crate::kernels::Kernel;
 use crate::pack::{Packed, pack};
 use crate::passes::{PER_DEPTH, Pass};
-use crate::plan::{Limits, Plan, element_bytes};
+use crate::plan::{self, Limits, Plan, element_bytes};
 use crate::render::{Frame, RenderError, Renderer};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -237,7 +237,7 @@ impl Prepared {
         scene: &Scene,
         settings: &Settings,
         rays: usize,
-        brute_force: Option<bool>,
+        forced: Option<bool>,
         limits: &Limits,
     ) -> Result<Prepared, RenderError> {
         let width = rays.clamp(1, BATCH) as u32;
@@ -245,7 +245,7 @@ impl Prepared {
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none.
         settings.schedule.general = settings.schedule.general.with(Feature::Secondary);
-        let packed = pack(scene, &settings, brute_force);
+        let packed = pack(scene, &settings, plan::brute_force_max(forced, &settings, limits, false));
         let plan = Plan::new(&packed, &settings, limits)?;
         Ok(Prepared { settings, packed, plan })
     }
@@ -290,7 +290,8 @@ impl Renderer {
         rays: &[ProbeRay],
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
-        let p = Prepared::new(scene, settings, rays.len(), self.brute_force(), &self.device().limits())?;
+        let p =
+            Prepared::new(scene, settings, rays.len(), self.forced_brute_force(), &self.device().limits())?;
         let (pipelines, _) = self.pipelines(&p.plan, settings.precision)?;
         let device = std::rc::Rc::clone(self.device());
         let frame = Frame::new(&device, pipelines, &p.packed, scene, &p.settings, &p.plan)?;

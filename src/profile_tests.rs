@@ -1,6 +1,5 @@
 use super::*;
-use crate::pack::pack;
-use crate::plan::Limits;
+use crate::plan::{Limits, pack_for};
 use crate::report::{DepthInfo, RayInfo};
 use crate::scene;
 use crate::settings::Settings;
@@ -10,7 +9,7 @@ fn plan() -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
     let scene = scene::load(&path).expect("a scene");
     let settings = Settings::of(&scene);
-    Plan::new(&pack(&scene, &settings, None), &settings, &Limits::LAVAPIPE).expect("a plan")
+    Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }
 
 /// A run of two depths that took `render` seconds.

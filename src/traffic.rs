@@ -93,9 +93,8 @@ fn moved(pass: &Pass, buffer: Buf, plan: &Plan) -> bool {
 mod tests {
     use super::*;
     use crate::abi::single::{Film, Hit, Ray, Surface};
-    use crate::pack::pack;
     use crate::passes;
-    use crate::plan::Limits;
+    use crate::plan::{Limits, pack_for};
     use crate::scene;
     use crate::settings::Settings;
     use std::path::Path;
@@ -115,7 +114,7 @@ mod tests {
             texel_elements: 1 << 27,
             shuffle_lanes: 8,
         };
-        Plan::new(&pack(&scene, &settings, None), &settings, &limits).unwrap()
+        Plan::new(&pack_for(&scene, &settings, &limits), &settings, &limits).unwrap()
     }
 
     fn row(kernel: Kernel, name: &str, precision: Precision) -> Traffic {

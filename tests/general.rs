@@ -10,8 +10,7 @@ use common::{render, renderer, scenes, small};
 use whitted::cpu::twin;
 use whitted::defect::Defect;
 use whitted::general::{Feature, General};
-use whitted::pack::pack;
-use whitted::plan::{Limits, Plan};
+use whitted::plan::{Limits, Plan, pack_for};
 use whitted::receipt::differing;
 use whitted::scene::{self, Scene};
 use whitted::settings::{Schedule, Settings};
@@ -36,7 +35,7 @@ fn general_kernels_change_no_bit() {
     let (mut known, mut alone) = (0, Vec::new());
     for (name, scene) in scenes() {
         let settings = tiny(&scene);
-        let plan = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &limits).unwrap();
+        let plan = |s: &Settings| Plan::new(&pack_for(&scene, s, &limits), s, &limits).unwrap();
         let own = render(&mut renderer, &scene, &settings);
 
         let all = render(&mut renderer, &scene, &with(&settings, General::all()));
@@ -77,7 +76,7 @@ fn general_kernels_change_no_bit() {
 
 /// The image by the kernels' twins.
 fn by_twins(scene: &Scene, settings: &Settings) -> Vec<[f32; 3]> {
-    let packed = pack(scene, settings, None);
+    let packed = pack_for(scene, settings, &Limits::LAVAPIPE);
     let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE).unwrap();
     twin::single::render(&packed, scene, settings, &plan).unwrap().0
 }
@@ -146,8 +145,10 @@ fn passes_end_where_light_must() {
 fn a_cutoff_ends_the_passes_and_changes_no_bit() {
     let (_, scene) = scenes().into_iter().find(|(name, _)| name == "cornell").unwrap();
     let mut settings = Settings { depth: 8, cutoff: 0.5, ..tiny(&scene) };
-    let last = |s: &Settings| Plan::new(&pack(&scene, s, None), s, &Limits::LAVAPIPE).unwrap().last_depth;
-    assert_eq!((pack(&scene, &settings, None).reach.weight, last(&settings)), (0.8, 4));
+    let last = |s: &Settings| {
+        Plan::new(&pack_for(&scene, s, &Limits::LAVAPIPE), s, &Limits::LAVAPIPE).unwrap().last_depth
+    };
+    assert_eq!((pack_for(&scene, &settings, &Limits::LAVAPIPE).reach.weight, last(&settings)), (0.8, 4));
     let own = by_twins(&scene, &settings);
     let general = by_twins(&scene, &with(&settings, General::default().with(Feature::Secondary)));
     assert_eq!(differing(&own, &general), 0);

@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::time::Instant;
 use whitted::image::linear_sha256;
-use whitted::pack::pack;
-use whitted::plan::Plan;
+use whitted::pack::Packed;
+use whitted::plan::{Plan, pack_for};
 use whitted::render::{Quiet, Rendered, Renderer};
 use whitted::report::Report;
 use whitted::scene::{Scene, load};
@@ -41,7 +41,8 @@ fn one(
     teller: &mut Teller,
 ) -> Result<()> {
     let limits = renderer.device().limits();
-    let plan = Plan::new(&pack(scene, settings, None), settings, &limits)?;
+    let packed = pack_for(scene, settings, &limits);
+    let plan = Plan::new(&packed, settings, &limits)?;
     let brute = plan.specialisation.use_bvh == 0;
     let own = if brute { "brute force" } else { "hierarchy" };
     let other = if brute { "hierarchy" } else { "brute force" };
@@ -66,7 +67,7 @@ fn one(
             (Some(other), in_turn(repeats, &mut || draw(None), &mut || draw(forced))?)
         }
         Second::Twins => {
-            let mut twins = || twin(scene, settings, &plan, warm.rays);
+            let mut twins = || twin(scene, settings, &packed, &plan, warm.rays);
             (Some("CPU twins"), in_turn(repeats, &mut || draw(None), &mut twins)?)
         }
     };
@@ -101,10 +102,9 @@ fn of_render(rendered: &Rendered) -> Run {
     Run { picture: linear_sha256(&rendered.linear), ..of_report(&rendered.report) }
 }
 
-fn twin(scene: &Scene, settings: &Settings, plan: &Plan, rays: u64) -> Result<Run> {
-    let packed = pack(scene, settings, None);
+fn twin(scene: &Scene, settings: &Settings, packed: &Packed, plan: &Plan, rays: u64) -> Result<Run> {
     let start = Instant::now();
-    let Some((linear, counts)) = whitted::cpu::twin::render(&packed, scene, settings, plan) else {
+    let Some((linear, counts)) = whitted::cpu::twin::render(packed, scene, settings, plan) else {
         bail!("a sample has more rays at one depth than the twins' queue holds");
     };
     let seconds = start.elapsed().as_secs_f64();

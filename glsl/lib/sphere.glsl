@@ -19,43 +19,50 @@ int own_course(real b, real3 o, real3 d, real radius) {
     return b > noise ? INWARD : (b < -noise ? OUTWARD : GRAZING);
 }
 
+// The point's power |f|^2 - r^2, as a product: the squares of two near-equal lengths would cancel.
+real power(real3 f, real radius) {
+    real length_f = sqrt(dot3(f, f));
+    return (length_f - radius) * (length_f + radius);
+}
+
 // True if the ray meets the sphere at 0 < t; sets the nearest such t. `own`: it starts on this sphere.
 bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     real3 f = o - s.center;
     real a = dot3(d, d);
     real b = -dot3(f, d);
-    int course = own && defect != DEFECT_SMALLER_ROOT ? own_course(b, o, d, s.radius) : GRAZING;
-    if (course != GRAZING) {
-        t = 2.0 * b / a;
-        return course == INWARD;
-    }
+    bool starts_here = own && defect != DEFECT_SMALLER_ROOT;
+    int course = starts_here ? own_course(b, o, d, s.radius) : GRAZING;
+    real root_ahead;
+    bool meets;
     if (defect == DEFECT_NAIVE_QUADRATIC) {
         real disc = b * b - a * (dot3(f, f) - s.radius * s.radius);
         real sq = sqrt(disc > 0.0 ? disc : real(0.0));
-        t = nearest_root((b - sq) / a, (b + sq) / a);
-        return disc >= 0.0 && t > 0.0;
+        root_ahead = nearest_root((b - sq) / a, (b + sq) / a);
+        meets = disc >= 0.0 && root_ahead > 0.0;
+    } else {
+        real3 p = f + (b / a) * d;
+        real discriminant = s.radius * s.radius - dot3(p, p);
+        real root = sqrt(a * (discriminant > 0.0 ? discriminant : 0.0));
+        real q = b + (b < 0.0 ? -root : root);
+        real c = power(f, s.radius);
+        root_ahead = nearest_root(c / q, q / a);
+        // q == 0: tangent at the origin itself; no contact ahead. Starting here, c >= 0: grazes from outside.
+        meets = discriminant >= 0.0 && q != 0.0 && root_ahead > 0.0 && (!starts_here || c < 0.0);
     }
-    real3 p = f + (b / a) * d;
-    real discriminant = s.radius * s.radius - dot3(p, p);
-    real root = sqrt(a * (discriminant > 0.0 ? discriminant : 0.0));
-    real q = b + (b < 0.0 ? -root : root);
-    // |f|^2 - r^2 as a product: the squares of two near-equal lengths would cancel.
-    real length_f = sqrt(dot3(f, f));
-    real c = (length_f - s.radius) * (length_f + s.radius);
-    if (own && defect != DEFECT_SMALLER_ROOT && !(c < 0.0)) return false; // grazes from outside
-    t = nearest_root(c / q, q / a);
-    // q == 0: tangent at the origin itself; no contact ahead.
-    return discriminant >= 0.0 && q != 0.0 && t > 0.0;
+    // One way out: lavapipe would run both and keep the values of each.
+    t = course == GRAZING ? root_ahead : 2.0 * b / a;
+    return course == GRAZING ? meets : course == INWARD;
 }
 
-// False only where `hit_sphere` is false: a line that passes the sphere by. What it starts on and what is
-// in double length is left to the test.
+// False only where `hit_sphere` is false: a line that passes the sphere by, or one that leaves it behind, whose
+// roots are both negative. What it starts on and what is in double length is left to the test.
 bool may_hit_sphere(Sphere s, real3 o, real3 d, bool own) {
     if (defect == DEFECT_NAIVE_QUADRATIC) return true;
     real3 f = o - s.center;
     real b = -dot3(f, d);
     real3 p = f + (b / dot3(d, d)) * d;
-    return own || s.radius < 0.0 || s.radius * s.radius - dot3(p, p) >= 0.0;
+    bool behind = b < 0.0 && power(f, s.radius) > 0.0;
+    return own || s.radius < 0.0 || (s.radius * s.radius - dot3(p, p) >= 0.0 && !behind);
 }
 
 // The same for a sphere whose radius f32 cannot tell from its distance, or the other way round

@@ -30,7 +30,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let mut renderer = Renderer::new(&args.device.choice(), false)?;
     let (settings, warnings) = renderer.trusted(&asked);
     renderer.check_precision(&settings)?;
-    let packed = renderer.pack(&scene, &settings);
+    let packed = renderer.pack(&scene, &settings, false);
     let limits = renderer.device().limits();
     let planned = Plan::new(&packed, &settings, &limits);
     let file = args.scene.display().to_string();
@@ -146,7 +146,7 @@ pub(super) fn before(
 ) -> Result<Outline, Failure> {
     let time = trial(renderer, scene, asked, &mut Progress::new(style, "trial"))?;
     let (settings, _) = renderer.trusted(asked);
-    let packed = renderer.pack(scene, &settings);
+    let packed = renderer.pack(scene, &settings, false);
     let limits = renderer.device().limits();
     let plan = Plan::new(&packed, &settings, &limits).map_err(RenderError::from)?;
     let device = renderer.device().info();

@@ -54,8 +54,12 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         false => settings.precision,
     };
     let used = Settings { precision, ..settings.clone() };
-    let plan = Plan::new(&pack(&scene, &used, None), &used, &renderer.device().limits())
-        .map_err(RenderError::from)?;
+    let plan = Plan::new(
+        &pack(&scene, &used, renderer.brute_force_max(&used, false)),
+        &used,
+        &renderer.device().limits(),
+    )
+    .map_err(RenderError::from)?;
     if let Some(path) = &args.trace {
         renderer.keep_submits(true);
         let (rendered, submits) = draw(&mut renderer, "traced frame")?;

@@ -21,9 +21,6 @@ use triangles::{Kept, Triangles};
 
 /// Solids a ray can be in at once, at most.
 pub const MEDIA_MAX: u32 = 8;
-/// Scenes with no more primitives than this test every one of them: measured on lavapipe, the walk
-/// over a hierarchy pays from here on (ARCHITECTURE.md, "Figures").
-pub const BRUTE_FORCE_MAX: usize = 32;
 /// Primitives of one kind, beside more of the other, that are tested one by one: a handful, so that the
 /// tests cost less than a second kind of leaf does at every step.
 const LOOSE_MAX: usize = 8;
@@ -70,6 +67,8 @@ pub struct Packed {
     pub eye_media: Vec<u32>,
     /// Solids the eye is in beyond those.
     pub eye_media_dropped: u64,
+    /// Up to how many primitives every one would be tested.
+    pub brute_force_max: usize,
     /// What the scene has, stand-ins apart.
     pub found: Found,
     /// How deep its light can travel.
@@ -80,14 +79,14 @@ pub struct Packed {
     pub degenerate_triangles: u64,
 }
 
-/// Packs `scene` for kernels of a precision, whichever way rays will walk. `brute_force` overrides the choice
-/// between brute force and hierarchy.
-pub fn pack(scene: &Scene, settings: &Settings, brute_force: Option<bool>) -> Packed {
-    pack_forms(scene, settings, brute_force, Forms::Both)
+/// Packs `scene` for kernels of a precision, whichever way rays will walk. Up to `brute_force_max` primitives there
+/// is no hierarchy (`plan::brute_force_max`).
+pub fn pack(scene: &Scene, settings: &Settings, brute_force_max: usize) -> Packed {
+    pack_forms(scene, settings, brute_force_max, Forms::Both)
 }
 
 /// The same with `forms` of the hierarchy's nodes (`plan::Limits::forms` knows which a device needs).
-pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force: Option<bool>, forms: Forms) -> Packed {
+pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, forms: Forms) -> Packed {
     let precision = settings.precision;
     let planted = |d: Defect| settings.planted == Some(d);
     let on = |f: Feature| settings.schedule.general.has(f);
@@ -149,7 +148,7 @@ pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force: Option<bool>,
         solids: solids.len() as u64,
         ..Found::default()
     };
-    let brute = brute_force.unwrap_or(prims.len() <= BRUTE_FORCE_MAX && !on(Feature::Hierarchy));
+    let brute = prims.len() <= brute_force_max;
     if spheres.is_empty() && (on(Feature::Spheres) || on(Feature::WideSpheres)) {
         let stand_in = found::sphere(flat_count);
         prims.push(Prim::of(flat_count, &sphere_bounds(&stand_in), true).0);
@@ -240,6 +239,7 @@ pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force: Option<bool>,
         media_capacity,
         eye_media,
         eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
+        brute_force_max,
         found,
         reach,
         branching: branching || on(Feature::Branching),

@@ -24,7 +24,7 @@ fn scene() -> Scene {
 
 /// A mesh of so many triangles with a hierarchy; its memory is never touched, and so never there.
 fn mesh(triangles: usize) -> Packed {
-    let mut packed = pack(&scene(), &Settings::of(&scene()), Some(false));
+    let mut packed = pack(&scene(), &Settings::of(&scene()), 0);
     packed.triangles = zeroed_vec::<double::Triangle>(triangles);
     packed.flat_normals = zeroed_vec::<double::FlatNormal>(triangles);
     // As many as a mesh of 1,1 million has, in proportion.
@@ -85,7 +85,7 @@ fn large_images_and_deep_paths_are_cut_to_size() {
         for (side, samples, depth) in [(8192, 64, 4), (8192, 1, 64), (300, 1024, 64), (65_535, 1 << 24, 1024)]
         {
             let settings = Settings { width: side, height: side, samples, depth, ..Settings::of(&scene()) };
-            let packed = pack(&scene(), &settings, None);
+            let packed = pack_for(&scene(), &settings, &limits);
             let plan = Plan::new(&packed, &settings, &limits).unwrap();
             check(&plan, &limits);
             assert!(plan.specialisation.branching == 1);
@@ -116,8 +116,8 @@ fn one_form_of_nodes_is_held() {
     for (settings, limits, forms, packets) in cases {
         assert_eq!(limits.forms(settings), forms, "{limits:?}");
         let plan = |packed: &Packed| Plan::new(packed, settings, &limits).unwrap();
-        let alone = pack_forms(&scene(), settings, Some(false), forms);
-        let both = plan(&pack(&scene(), settings, Some(false)));
+        let alone = pack_forms(&scene(), settings, 0, forms);
+        let both = plan(&pack(&scene(), settings, 0));
         assert_eq!(plan(&alone), both, "{limits:?}");
         assert_eq!(both.specialisation.lanes != 0, packets, "{limits:?}");
         let bytes = |buffer: Buf| both.buffer_bytes[buffer as usize];

@@ -19,7 +19,7 @@ pub use unfinished::{Begun, Mismatch, Unfinished};
 use crate::coincident;
 use crate::kernels::Kernel;
 use crate::pack::{Packed, pack_forms};
-use crate::plan::{Plan, PlanError};
+use crate::plan::{self, Plan, PlanError};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::selftest::{self, SelfTest};
@@ -181,13 +181,19 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
-    /// The scene as this device's kernels need it.
-    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings) -> Packed {
-        pack_forms(scene, settings, self.brute_force, self.device.limits().forms(settings))
+    /// The scene as this device's kernels need it, for an image or (`survey`) for listed pixels.
+    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
+        let forms = self.device.limits().forms(settings);
+        pack_forms(scene, settings, self.brute_force_max(settings, survey), forms)
     }
 
-    pub(crate) fn brute_force(&self) -> Option<bool> {
+    pub(crate) fn forced_brute_force(&self) -> Option<bool> {
         self.brute_force
+    }
+
+    /// Up to how many primitives every one is tested, of an image or (`survey`) of listed pixels.
+    pub(crate) fn brute_force_max(&self, settings: &Settings, survey: bool) -> usize {
+        plan::brute_force_max(self.brute_force, settings, &self.device.limits(), survey)
     }
 
     /// Plants a missing barrier, for a test of the validation.
@@ -239,7 +245,7 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings);
         let settings = &settings;
         self.check_precision(settings)?;
-        let packed = self.pack(scene, settings);
+        let packed = self.pack(scene, settings, false);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let device = self.device.info();
         let identity = || Identity::new(&device, &packed, scene, settings);

@@ -3,7 +3,7 @@
 use crate::abi;
 use crate::cpu::twin;
 use crate::pack::pack;
-use crate::plan::{Limits, Plan};
+use crate::plan::{self, Limits, Plan};
 use crate::probe::{ProbeRay, Probed, probe_twins};
 use crate::render::{Quiet, RenderError, Renderer};
 use crate::report::{Counters, DepthInfo, RayInfo};
@@ -60,7 +60,11 @@ pub struct Twins {
 
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let packed = pack(scene, settings, self.brute_force);
+        let packed = pack(
+            scene,
+            settings,
+            plan::brute_force_max(self.brute_force, settings, &Limits::LAVAPIPE, false),
+        );
         let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
         let (linear, counts) = twin::render(&packed, scene, settings, &plan)
             .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;

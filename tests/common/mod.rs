@@ -12,9 +12,9 @@ use std::rc::Rc;
 use whitted::abi::{BUFFERS, Buf, NONE, Push, STRUCTS, Specialisation, Surface};
 use whitted::cpu::twin::single::Memory;
 use whitted::kernels::Kernel;
-use whitted::pack::{Packed, pack};
+use whitted::pack::Packed;
 use whitted::passes;
-use whitted::plan::{Plan, element_bytes};
+use whitted::plan::{Plan, element_bytes, pack_for};
 use whitted::render::{Quiet, Rendered, Renderer};
 use whitted::sampler::pcg4d;
 use whitted::scene::Scene;
@@ -224,7 +224,7 @@ pub fn assert_same(what: &str, twin: &Memory, device: &Memory) {
 /// The primitive that each sample's primary ray hits, in the scene's numbering, as kernels see it; a
 /// pixel's samples lie side by side.
 pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Vec<Option<u32>> {
-    let packed = pack(scene, settings, None);
+    let packed = pack_for(scene, settings, &device.limits());
     let plan = Plan::new(&packed, settings, &device.limits()).unwrap();
     let pixels = settings.width * settings.height;
     assert!(plan.tile_pixels == pixels && plan.batch_samples == settings.samples, "one batch, or no map");

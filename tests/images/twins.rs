@@ -5,8 +5,7 @@ use crate::common::{render, renderer, scenes, small};
 use glam::DVec3;
 use whitted::cpu::twin;
 use whitted::image::linear_sha256;
-use whitted::pack::pack;
-use whitted::plan::Plan;
+use whitted::plan::{Plan, pack_for};
 use whitted::report::Report;
 use whitted::sampler::Sampler;
 use whitted::scene::Scene;
@@ -49,7 +48,7 @@ fn the_device_gives_the_twins_image_and_counts() {
         // Tiles and batches that divide nothing.
         let schedule = Schedule { tile_pixels: Some(301), batch_samples: Some(2), ..Schedule::default() };
         let settings = Settings { schedule, precision, origin, sampler, ..small(&scene, 37, 3, 11) };
-        let packed = pack(&scene, &settings, None);
+        let packed = pack_for(&scene, &settings, &limits);
         let plan = Plan::new(&packed, &settings, &limits).unwrap();
         let (linear, counts) = twin::render(&packed, &scene, &settings, &plan).unwrap();
         let device = render(&mut renderer, &scene, &settings);
