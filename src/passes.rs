@@ -26,6 +26,10 @@ pub enum When {
     NotLast,
     /// Once for each group of lights.
     PerLights,
+    /// At every depth, where a kernel is a stage.
+    Split,
+    /// At every depth, where `trace` does what `intersect`, `shade` and `shadow` do.
+    Fused,
     /// Where several rays of one sample may share a depth.
     Branching,
 }
@@ -68,7 +72,7 @@ pub const PER_DEPTH: &[Pass] = &[
         reads: shapes![Rays, Queue, Counters],
         writes: &[Hits, Counters],
         size: Size::Rays,
-        when: When::Always,
+        when: When::Split,
     },
     Pass {
         kernel: Kernel::Shade,
@@ -89,7 +93,30 @@ pub const PER_DEPTH: &[Pass] = &[
         ],
         writes: &[Surfaces, Totals, Paths],
         size: Size::Rays,
-        when: When::Always,
+        when: When::Split,
+    },
+    Pass {
+        kernel: Kernel::Trace,
+        reads: shapes![
+            Camera,
+            FlatNormals,
+            CornerNormals,
+            Materials,
+            Lights,
+            SolidIors,
+            SolidPriorities,
+            Rays,
+            Media,
+            Queue,
+            Contributions,
+            Slots,
+            Paths,
+            DepthCounts,
+            Counters
+        ],
+        writes: &[Surfaces, Totals, Contributions, Slots, Paths, DepthCounts, Counters],
+        size: Size::Rays,
+        when: When::Fused,
     },
     Pass {
         kernel: Kernel::Scan,

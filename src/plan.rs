@@ -63,6 +63,8 @@ pub struct Plan {
     pub batch_samples: u32,
     /// Lights per `shadow` pass.
     pub lights_per_pass: u32,
+    /// `trace` does what `intersect`, `shade` and `shadow` do.
+    pub fused: bool,
     /// How deep light can travel.
     pub reach: Reach,
     /// Depth of the last passes, as far as is known before cutoffs change.
@@ -167,6 +169,7 @@ impl Plan {
             tile_pixels: 0,
             batch_samples: 0,
             lights_per_pass,
+            fused: limits.is_cpu && packed.lights.len() as u32 <= lights_per_pass && std::env::var("SPLIT").is_err(),
             reach: packed.reach,
             last_depth,
             buffer_bytes: Vec::new(),
@@ -315,7 +318,9 @@ impl Plan {
     /// The kernels that a frame runs.
     pub fn kernels(&self) -> Vec<Kernel> {
         let runs = |p: &&passes::Pass| match p.when {
-            When::Always | When::PerLights => true,
+            When::Always => true,
+            When::Split | When::PerLights => !self.fused,
+            When::Fused => self.fused,
             When::NotLast => self.last_depth > 1,
             When::Branching => self.specialisation.branching != 0,
         };

@@ -46,7 +46,7 @@ pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
             form: form(p.kernel.code(), plan, settings),
             launches: match p.when {
                 When::Always if !per_depth(p.kernel) => 1,
-                When::Always | When::Branching => depths,
+                When::Always | When::Branching | When::Split | When::Fused => depths,
                 When::NotLast => depths - 1,
                 When::PerLights => depths * lights,
             },

@@ -330,11 +330,16 @@ impl Frame {
             for pass in PER_DEPTH {
                 match pass.when {
                     When::Always => self.dispatch(pass, depth, push, 0),
+                    When::Split if !self.plan.fused => self.dispatch(pass, depth, push, 0),
+                    When::Fused if self.plan.fused => {
+                        let push = Push { light_end: self.lights, ..push };
+                        self.dispatch(pass, depth, push, 0);
+                    }
                     When::NotLast if depth < last_depth => self.dispatch(pass, depth, push, 0),
                     When::Branching if self.plan.specialisation.branching != 0 => {
                         self.dispatch(pass, depth, push, 0);
                     }
-                    When::PerLights => {
+                    When::PerLights if !self.plan.fused => {
                         let mut begin = 0;
                         loop {
                             let end = (begin + self.plan.lights_per_pass).min(self.lights);
@@ -346,7 +351,7 @@ impl Frame {
                             }
                         }
                     }
-                    When::NotLast | When::Branching => {}
+                    _ => {}
                 }
             }
         }

@@ -123,6 +123,7 @@ fn batch(
         for pass in PER_DEPTH {
             match pass.when {
                 When::Always => memory.run(pass.kernel, spec, &push),
+                When::Split => memory.run(pass.kernel, spec, &push),
                 When::NotLast if depth < last_depth => memory.run(pass.kernel, spec, &push),
                 When::Branching if spec.branching != 0 => memory.run(pass.kernel, spec, &push),
                 When::PerLights => {
@@ -137,7 +138,7 @@ fn batch(
                         }
                     }
                 }
-                When::NotLast | When::Branching => {}
+                When::NotLast | When::Branching | When::Fused => {}
             }
         }
         if depth < last_depth {

@@ -186,6 +186,7 @@ impl Memory {
             }
             // No part of a frame: `crate::selftest` judges what it writes.
             Kernel::Selftest => {}
+            Kernel::Trace => {}
             Kernel::Resolve => {
                 resolve::resolve(spec, push, &m.slots, &m.paths, &mut m.film, &mut m.marks);
             }
