@@ -55,9 +55,10 @@ fn compile_all() -> Result<(), String> {
         let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let traces = source.contains("trace.glsl");
         let more = ["few", "packet"].map(|form| (form, "float", "vec3", abi::single::STRUCTS));
-        for (suffix, real, real3, structs) in
-            precisions.into_iter().chain(more.into_iter().filter(|_| traces))
-        {
+        // One that counts by subgroups is for devices on which these work together, and has those two alone.
+        let joined = source.contains("any_lane(");
+        let forms = precisions.into_iter().filter(|_| !joined).chain(more.into_iter().filter(|_| traces));
+        for (suffix, real, real3, structs) in forms {
             let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix))?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
             check(name, &module, structs)?;
@@ -79,8 +80,8 @@ fn compile_all() -> Result<(), String> {
         if texels & !reads != 0 {
             return Err(format!("{name}: a texel view of a buffer that it does not read"));
         }
-        let form = |i: usize| files.get(i).unwrap_or(&files[0]);
-        let [single, double, few, packet] = [0, 1, 2, 3].map(form);
+        let of = if joined { [1, 1, 0, 1] } else { [0, 1, 2, 3] };
+        let [single, double, few, packet] = of.map(|i| files.get(i).unwrap_or(&files[0]));
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(

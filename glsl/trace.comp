@@ -1,6 +1,9 @@
-// Closest hit, surface and own colour of every ray in the queue: `intersect`, `shade` and `shadow` in one.
-// Reads queue, rays, media and the scene. Writes surfaces, totals, contributions or slots.
-// One invocation per ray.
+// One depth of every ray in the queue: closest hit, surface, children and own colour, what `intersect`,
+// `shade`, `spawn` and `shadow` do, in one. For software devices, on which queues between kernels are dear.
+// Reads queue, places, rays, media and the scene. Writes next_rays, next_media and totals: the children of ray i at
+// places of its own, and which there are. Adds its colour to slots, or leaves it to `gather` in contributions.
+// Counts what those kernels count.
+// One invocation per ray; those of a subgroup work together.
 #version 460
 #include "prelude.glsl"
 #include "fetch.glsl"
@@ -18,10 +21,12 @@ READS(lights)
 READS(solid_iors)
 READS(solid_priorities)
 FETCHES_3(rays)
+STORES_3(next_rays)
 READS(media)
+WRITES(next_media)
 READS(queue)
-STORES_4(surfaces)
 WRITES(totals)
+READS(places)
 UPDATES(contributions)
 UPDATES(slots)
 UPDATES(paths)
@@ -30,43 +35,26 @@ UPDATES(counters)
 #include "sampler.glsl"
 #include "trace.glsl"
 #include "strike.glsl"
+#include "spawn.glsl"
 #include "light.glsl"
-
-shared uint reflected_mask[WORKGROUP_MAX / 32u];
-shared uint refracted_mask[WORKGROUP_MAX / 32u];
+#include "children.glsl"
 
 void main() {
     uint item = item_index();
     bool mine = item < queue[0].count;
+    // The last group's spare invocations take its last ray, to the limit 0, and write and count nothing.
     uint i = min(item, queue[0].count - 1u);
-    Ray ray = load_rays(i);
+    uint place = push.depth == 1u ? i : places[i];
+    Ray ray = load_rays(place);
     TraceRay r = make_trace_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
     Material m;
-    Surface s = strike(i, ray, h, m);
+    Surface s = strike(place, ray, h, m);
+    spawn(s, ray, m.secondary, place, i * CHILDREN_MOST);
+    // Which children the rays of the subgroup have, a bit each.
+    uint bits = ((s.flags & CHILD_REFLECTED) != 0u ? REFLECTED_BIT : 0u) | ((s.flags & CHILD_REFRACTED) != 0u ? REFRACTED_BIT : 0u);
+    bits = any_lane(bits << gl_SubgroupInvocationID);
+    // Rows of a folded dispatch may end in groups without rays.
+    if (gl_SubgroupInvocationID == 0u && group_index() * workgroup < queue[0].count) totals[item / lanes] = bits;
     light_up(i, mine, ray, s, m, true, true);
-    uint local = gl_LocalInvocationID.x;
-    uint word = local / 32u, bit = 1u << (local % 32u);
-    if (local < WORKGROUP_MAX / 32u) {
-        reflected_mask[local] = 0u;
-        refracted_mask[local] = 0u;
-    }
-    barrier();
-    if (mine) {
-        if ((s.flags & CHILD_REFLECTED) != 0u) atomicOr(reflected_mask[word], bit);
-        if ((s.flags & CHILD_REFRACTED) != 0u) atomicOr(refracted_mask[word], bit);
-    }
-    barrier();
-    uint before = 0u, reflections = 0u, refractions = 0u;
-    for (uint w = 0u; w < (workgroup + 31u) / 32u; w++) {
-        uint lower = w < word ? 0xffffffffu : (w == word ? bit - 1u : 0u);
-        before += bitCount(reflected_mask[w] & lower) + bitCount(refracted_mask[w] & lower);
-        reflections += bitCount(reflected_mask[w]);
-        refractions += bitCount(refracted_mask[w]);
-    }
-    if (mine) {
-        s.flags |= before << PREFIX_SHIFT;
-        store_surfaces(i, s);
-    }
-    if (local == 0u && mine) totals[group_index()] = reflections << 16 | refractions;
 }

@@ -398,6 +398,14 @@ device {
         cut_high: uint,
     }
 
+    /// What a ray adds to its sample, 16 bytes. Written by `shadow` or `trace`, read by `gather`.
+    struct Contribution {
+        /// Weighted colour.
+        light: vec3,
+        /// Sample it belongs to.
+        slot: uint,
+    }
+
     /// Push constants, 60 bytes.
     struct Push {
         /// Image coordinates of the tile's first pixel; 0 in a survey.
@@ -659,6 +667,8 @@ specialisation! {
     loose_spheres: 0;
     /// 1: `few` holds the scene's shapes, so that the kernels are compiled for them.
     few_known: 0;
+    /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `totals` are masks of subgroups.
+    fused: 0;
     /// A planted defect, for the tests of the tests; 0 = none.
     defect: 0;
 }
@@ -721,8 +731,10 @@ buffers! {
     totals / Totals: "uint";
     /// Exclusive prefix sum of `totals`: where a workgroup's children start in `next_rays`.
     offsets / Offsets: "uint";
+    /// Where in `rays` each ray of this depth is, where `trace` put it there; of depths from 2 on.
+    places / Places: "uint";
     /// Weighted own colour of each ray, parallel to `rays`; used where rays branch or lights come in several passes.
-    contributions / Contributions: "vec3";
+    contributions / Contributions: "Contribution";
     /// Radiance of each sample of the batch.
     slots / Slots: "vec3";
     /// What the path tree of each sample of the batch did; of surveys only.

@@ -26,6 +26,8 @@ pub struct Limits {
     pub texel_elements: u32,
     /// Invocations of a subgroup, if compute kernels may shuffle values among them; else 0.
     pub shuffle_lanes: u32,
+    /// Storage buffers that one kernel may have.
+    pub storage_buffers: u32,
     /// True for a software device: its memory is the caches of a few cores.
     pub is_cpu: bool,
 }
@@ -38,6 +40,7 @@ impl Limits {
         workgroup_invocations: 1024,
         texel_elements: 1 << 27,
         shuffle_lanes: 8,
+        storage_buffers: 32,
         is_cpu: true,
     };
 }
@@ -63,8 +66,6 @@ pub struct Plan {
     pub batch_samples: u32,
     /// Lights per `shadow` pass.
     pub lights_per_pass: u32,
-    /// `trace` does what `intersect`, `shade` and `shadow` do.
-    pub fused: bool,
     /// How deep light can travel.
     pub reach: Reach,
     /// Depth of the last passes, as far as is known before cutoffs change.
@@ -162,6 +163,7 @@ impl Plan {
                 loose_triangles: u32::from(packed.loose[0]),
                 loose_spheres: u32::from(packed.loose[1]),
                 few_known: 0,
+                fused: 0,
                 few: [0; abi::FEW_WORDS],
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
@@ -169,17 +171,25 @@ impl Plan {
             tile_pixels: 0,
             batch_samples: 0,
             lights_per_pass,
-            fused: limits.is_cpu && packed.lights.len() as u32 <= lights_per_pass && std::env::var("SPLIT").is_err(),
             reach: packed.reach,
             last_depth,
             buffer_bytes: Vec::new(),
             features: packed.features(),
         };
+        // A survey does not say how many samples it will be asked for: as many as a picture takes.
+        let samples = if survey { pixels.saturating_mul(16) } else { total };
+        let may_fuse = plan.may_fuse(settings, limits);
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
         loop {
-            plan.size_for(packed, settings, batch, room);
-            plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
+            plan.specialisation.fused = u32::from(may_fuse);
+            plan.size_for(packed, settings, limits, batch, room);
+            plan.join_lanes(packed, settings, limits, samples);
+            if may_fuse && plan.specialisation.lanes == 0 {
+                plan.specialisation.fused = 0;
+                plan.size_for(packed, settings, limits, batch, room);
+                plan.join_lanes(packed, settings, limits, samples);
+            }
             if plan.fits(limits) {
                 break;
             }
@@ -188,17 +198,9 @@ impl Plan {
             }
             batch = (batch / 2).max(1);
         }
-        if plan.walks_in_packets(settings, limits) {
-            plan.specialisation.lanes = limits.shuffle_lanes;
-            // In steps, so that scenes of about a size share their compiled kernels.
-            plan.specialisation.stack_size =
-                (packed.bvh_stack as u32).next_multiple_of(8).min(abi::STACK_SIZE);
-        }
-        // A survey does not say how many samples it will be asked for: as many as a picture takes.
-        let samples = if survey { pixels.saturating_mul(16) } else { total };
-        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu && !on(Feature::LoadedShapes);
-        if by_brute_force && plan.lanes_join(limits) && settings.schedule.constants.unwrap_or(repaid) {
-            plan.know_few(packed, limits);
+        if plan.specialisation.fused != 0 {
+            // One invocation walks for its ray and for the shadow ray of each light.
+            plan.specialisation.loop_cap = abi::LOOP_CAP / (packed.lights.len() as u32 + 1);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
@@ -215,7 +217,37 @@ impl Plan {
         Ok(plan)
     }
 
-    fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32) {
+    /// Whether one kernel may do the stages of a depth that work on a ray alone: where what goes through queues between
+    /// kernels is stored and loaded lane by lane, it is dear. A GPU keeps split kernels (ARCHITECTURE.md, "Why this
+    /// shape on a GPU").
+    fn may_fuse(&self, settings: &Settings, limits: &Limits) -> bool {
+        let code = Kernel::Trace.code();
+        limits.is_cpu
+            && limits.storage_buffers >= (code.reads | code.writes).count_ones()
+            && self.specialisation.light_count <= self.lights_per_pass
+            && !settings.schedule.general.has(Feature::SplitKernels)
+    }
+
+    /// Has the lanes of a subgroup work together, where that pays for so many samples.
+    fn join_lanes(&mut self, packed: &Packed, settings: &Settings, limits: &Limits, samples: u64) {
+        let general = settings.schedule.general;
+        self.specialisation.texels = u32::from(self.reads_texels(settings, limits));
+        if self.walks_in_packets(settings, limits) {
+            self.specialisation.lanes = limits.shuffle_lanes;
+            // In steps, so that scenes of about a size share their compiled kernels.
+            self.specialisation.stack_size =
+                (packed.bvh_stack as u32).next_multiple_of(8).min(abi::STACK_SIZE);
+        }
+        let repaid = samples >= KNOWN_SAMPLES && limits.is_cpu && !general.has(Feature::LoadedShapes);
+        if self.specialisation.use_bvh == 0
+            && self.lanes_join(limits)
+            && settings.schedule.constants.unwrap_or(repaid)
+        {
+            self.know_few(packed, limits);
+        }
+    }
+
+    fn size_for(&mut self, packed: &Packed, settings: &Settings, limits: &Limits, batch: u32, room: u32) {
         let [x0, y0, x1, y1] = settings.region();
         // A small image has few samples, but each of them may branch as far as in a large one.
         let growth = 1u32.checked_shl(self.last_depth - 1).unwrap_or(u32::MAX);
@@ -229,6 +261,10 @@ impl Plan {
             (u64::from(self.capacity), u64::from(self.tile_pixels), u64::from(batch));
         let groups = capacity.div_ceil(u64::from(self.specialisation.workgroup)) + 1;
         let media = u64::from(packed.media_capacity);
+        let (fused, deep) = (self.specialisation.fused != 0, self.last_depth > 1);
+        // `trace` leaves a ray's children at places of their own.
+        let places = if fused && deep && packed.branching { 2 * capacity } else { capacity };
+        let masks = u64::from(self.specialisation.workgroup / limits.shuffle_lanes.max(1));
         self.buffer_bytes = abi::BUFFERS
             .iter()
             .map(|(_, element, buffer)| {
@@ -245,15 +281,21 @@ impl Plan {
                     Buf::SolidIors => packed.solid_iors.len() as u64,
                     Buf::SolidPriorities => packed.solid_priorities.len() as u64,
                     Buf::EyeMedia => media,
-                    Buf::NextRays | Buf::NextMedia if self.last_depth == 1 => 1,
-                    Buf::Rays | Buf::NextRays | Buf::Hits | Buf::Surfaces => capacity,
+                    Buf::NextRays | Buf::NextMedia if !deep => 1,
+                    Buf::Rays | Buf::NextRays => places,
+                    Buf::Hits | Buf::Surfaces if fused => 1,
+                    Buf::Hits | Buf::Surfaces => capacity,
+                    Buf::Places if fused && deep => capacity,
+                    Buf::Places => 1,
                     Buf::Contributions
-                        if packed.branching || packed.lights.len() as u32 > self.lights_per_pass =>
+                        if packed.branching && deep
+                            || packed.lights.len() as u32 > self.lights_per_pass =>
                     {
                         capacity
                     }
                     Buf::Contributions => 1,
-                    Buf::Media | Buf::NextMedia => capacity * media,
+                    Buf::Media | Buf::NextMedia => places * media,
+                    Buf::Totals if fused => groups * masks,
                     Buf::Totals | Buf::Offsets => groups,
                     Buf::Slots => batch,
                     Buf::Film => tile * u64::from(self.specialisation.replicates),
@@ -318,13 +360,12 @@ impl Plan {
     /// The kernels that a frame runs.
     pub fn kernels(&self) -> Vec<Kernel> {
         let runs = |p: &&passes::Pass| match p.when {
-            When::Always => true,
-            When::Split | When::PerLights => !self.fused,
-            When::Fused => self.fused,
+            When::Always | When::PerLights => true,
             When::NotLast => self.last_depth > 1,
-            When::Branching => self.specialisation.branching != 0,
+            When::Branching => self.specialisation.branching != 0 && self.last_depth > 1,
         };
-        passes::all().filter(runs).map(|p| p.kernel).collect()
+        let fused = self.specialisation.fused != 0;
+        passes::all().filter(|p| p.is_of(fused)).filter(runs).map(|p| p.kernel).collect()
     }
 
     /// Device bytes in all.

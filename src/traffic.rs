@@ -114,6 +114,7 @@ mod tests {
             is_cpu: false,
             texel_elements: 1 << 27,
             shuffle_lanes: 8,
+            storage_buffers: 16,
         };
         Plan::new(&pack(&scene, &settings, None), &settings, &limits).unwrap()
     }

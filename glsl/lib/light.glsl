@@ -44,7 +44,7 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     // Where another solid hides the surface, it has no colour of its own.
     float own = hit && (s.flags & PASSES) == 0u ? 1.0 - m.secondary : 0.0;
     bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
-    vec3 light = first ? vec3(0.0) : contributions[i];
+    vec3 light = first ? vec3(0.0) : contributions[i].light;
     uint shadow_rays = 0u, seen = 0u;
     if (by_tree) {
         for (uint l = push.light_begin; l < push.light_end; l++) {
@@ -74,13 +74,14 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
         atomicMax(paths[slot].depth, push.depth);
     }
     if (!last) {
-        contributions[i] = light;
+        contributions[i].light = light;
         return;
     }
     vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
     vec3 weighted = ray.throughput * (hit ? own * (m.diffuse * (m.ambient + light)) : background);
-    if (branching != 0u) {
-        contributions[i] = weighted;
+    // At depth 1 a sample has one ray.
+    if (branching != 0u && push.depth > 1u) {
+        contributions[i] = Contribution(weighted, ray.slot);
     } else {
         slots[ray.slot] += weighted;
     }

@@ -1,9 +1,9 @@
 // Position, normal and spawn offset of a hit.
 // Spawn offset (numerics.md, Spawn origins): bounds the rounding of the hit point, so that a neighbour
 // which the point lies on is not hit from behind; the primitive itself is skipped by identity.
-
 #ifndef SURFACE
 #define SURFACE
+
 struct Point {
     real3 position;
     real3 geometric; // unit, as stored: outward for a solid's surface
