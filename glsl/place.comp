@@ -14,15 +14,15 @@ READS(offsets)
 WRITES(places)
 
 void main() {
-    uint i = item_index();
+    uint i = item_index(), lane = gl_SubgroupInvocationID, own = gl_LocalInvocationID.x / lanes;
     uint group = min(group_index(), (queue[0].count - 1u) / workgroup);
-    uint first = group * MASKS, own = gl_LocalInvocationID.x / lanes, lane = gl_LocalInvocationID.x % lanes;
     uint before = offsets[group], mask = 0u;
-    // All at addresses that all invocations share.
-    [[unroll]] for (uint k = 0u; k < MASKS; k++) {
-        uint other = totals[first + k];
-        before += k < own ? bitCount(other) : 0u;
-        mask = k == own ? other : mask;
+    // The lanes load a word each of the workgroup's, and hand it round.
+    [[unroll]] for (uint k = 0u; k < MASKS; k += lanes) {
+        uint word = totals[group * MASKS + min(k + lane, MASKS - 1u)];
+        uint count = k + lane < own ? bitCount(word) : 0u;
+        [[unroll]] for (uint l = 0u; l < lanes; l++) before += subgroupShuffle(count, l);
+        mask = own / lanes == k / lanes ? subgroupShuffle(word, own % lanes) : mask;
     }
     if (i >= queue[0].count || next_queue[0].count == 0u) return;
     uint bits = (REFLECTED_BIT | REFRACTED_BIT) << lane;
