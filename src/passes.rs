@@ -80,7 +80,7 @@ macro_rules! shapes {
 pub const PROLOGUE: &[Pass] = &[Pass {
     kernel: Kernel::Generate,
     reads: &[Camera, EyeMedia, Pixels],
-    writes: &[Rays, Media, Slots, Paths],
+    writes: &[Rays, Media, Paths],
     size: Size::Samples,
     when: When::Always,
     way: Way::Both,

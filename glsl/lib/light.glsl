@@ -79,10 +79,12 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     }
     vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
     vec3 weighted = ray.throughput * (hit ? own * (m.diffuse * (m.ambient + light)) : background);
-    // At depth 1 a sample has one ray.
-    if (branching != 0u && push.depth > 1u) {
+    // At depth 1 a sample has one ray, which begins its sum.
+    bool begins = push.depth == 1u;
+    if (branching != 0u && !begins) {
         contributions[i] = Contribution(weighted, ray.slot);
     } else {
-        slots[ray.slot] += weighted;
+        vec3 sum = branching != 0u || begins ? vec3(0.0) : slots[ray.slot];
+        slots[ray.slot] = sum + weighted;
     }
 }

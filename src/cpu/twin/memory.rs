@@ -106,7 +106,6 @@ impl Memory {
                 &m.pixels,
                 &mut m.rays,
                 &mut m.media,
-                &mut m.slots,
                 &mut m.paths,
             ),
             Kernel::Intersect => intersect::intersect(

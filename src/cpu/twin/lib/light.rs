@@ -95,11 +95,13 @@ impl Lit<'_> {
         let background = Vec3::new(c.background_r, c.background_g, c.background_b);
         let color = if hit { own * (diffuse * (Vec3::splat(m.ambient) + light)) } else { background };
         let weighted = Vec3::from(ray.throughput) * color;
-        if spec.branching != 0 && push.depth > 1 {
+        let begins = push.depth == 1;
+        if spec.branching != 0 && !begins {
             self.contributions[i] = Contribution { light: weighted.into(), slot };
         } else {
-            let sum = &mut self.slots[slot as usize];
-            *sum = (Vec3::from(*sum) + weighted).into();
+            let total = &mut self.slots[slot as usize];
+            let sum = if begins { Vec3::ZERO } else { Vec3::from(*total) };
+            *total = (sum + weighted).into();
         }
     }
 }
