@@ -59,7 +59,8 @@ fn compile_all() -> Result<(), String> {
         let traces = source.contains("trace.glsl");
         let more = ["few", "packet"].map(|form| (form, "float", "vec3", abi::single::STRUCTS));
         let joined = JOINED.contains(&name);
-        let forms = precisions.into_iter().filter(|_| !joined).chain(more.into_iter().filter(|_| traces || joined));
+        let forms =
+            precisions.into_iter().filter(|_| !joined).chain(more.into_iter().filter(|_| traces || joined));
         for (suffix, real, real3, structs) in forms {
             let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix))?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;

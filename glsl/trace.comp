@@ -50,11 +50,11 @@ void main() {
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
     Material m;
     Surface s = strike(place, ray, h, m);
+    light_up(i, mine, ray, s, m, true, true);
     spawn(s, ray, m.secondary, place, i * CHILDREN_MOST);
     // Which children the rays of the subgroup have, a bit each.
     uint bits = ((s.flags & CHILD_REFLECTED) != 0u ? REFLECTED_BIT : 0u) | ((s.flags & CHILD_REFRACTED) != 0u ? REFRACTED_BIT : 0u);
     bits = any_lane(bits << gl_SubgroupInvocationID);
     // Rows of a folded dispatch may end in groups without rays.
     if (gl_SubgroupInvocationID == 0u && group_index() * workgroup < queue[0].count) totals[item / lanes] = bits;
-    light_up(i, mine, ray, s, m, true, true);
 }

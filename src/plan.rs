@@ -224,7 +224,7 @@ impl Plan {
         let code = Kernel::Trace.code();
         limits.is_cpu
             && limits.storage_buffers >= (code.reads | code.writes).count_ones()
-            && self.specialisation.light_count <= self.lights_per_pass
+            && self.specialisation.light_count <= LIGHTS_PER_PASS
             && !settings.schedule.general.has(Feature::SplitKernels)
     }
 
@@ -288,8 +288,7 @@ impl Plan {
                     Buf::Places if fused && deep => capacity,
                     Buf::Places => 1,
                     Buf::Contributions
-                        if packed.branching && deep
-                            || packed.lights.len() as u32 > self.lights_per_pass =>
+                        if packed.branching && deep || packed.lights.len() as u32 > self.lights_per_pass =>
                     {
                         capacity
                     }

@@ -197,6 +197,7 @@ impl Model {
             let depths = match (deep, pass.when) {
                 (false, _) => 0..=0,
                 (true, When::NotLast) => 1..=last - 1,
+                (true, When::Branching) => 2..=last,
                 (true, _) => 1..=last,
             };
             let launches = if pass.when == When::PerLights { groups } else { 1 };

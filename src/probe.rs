@@ -244,7 +244,8 @@ impl Prepared {
         let mut settings =
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none; what is between the stages is read.
-        settings.schedule.general = settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
+        settings.schedule.general =
+            settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
         let packed = pack(scene, &settings, brute_force);
         let plan = Plan::new(&packed, &settings, limits)?;
         Ok(Prepared { settings, packed, plan })

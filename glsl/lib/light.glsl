@@ -1,5 +1,6 @@
-// Light that reaches a surface from the lights.
-// Needs what trace.glsl needs, READS(camera), READS(lights).
+// Light that reaches a surface from the lights, and what the ray adds to its sample.
+// Needs what trace.glsl needs, READS(camera), READS(lights), UPDATES(contributions), UPDATES(slots), UPDATES(paths),
+// UPDATES(depth_counts).
 #include "surface.glsl"
 
 // Largest t of an occluder: what is nearer to the light than a gap that can be resolved, twice the
@@ -38,7 +39,9 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
 
-// Lights [light_begin, light_end) of the push constants on surface `s` of ray `i`, of material `m`; `first` and `last` of the passes. `mine`: to be counted and written.
+// Own colour of surface `s`, of material `m`, that ray `i` struck, by the lights [light_begin, light_end) of the push
+// constants: into the ray's sample, or into contributions where `gather` adds them up or further passes take further
+// lights. `first`, `last`: of the passes. `mine`: the invocation has a ray of its own, to be counted and written.
 void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, bool last) {
     bool hit = s.primitive != NONE;
     // Where another solid hides the surface, it has no colour of its own.
@@ -46,14 +49,14 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
     vec3 light = first ? vec3(0.0) : contributions[i].light;
     uint shadow_rays = 0u, seen = 0u;
-    if (by_tree) {
+    if (by_tree || (fused != 0u && light_count > 1u)) {
         for (uint l = push.light_begin; l < push.light_end; l++) {
             vec3 more = direct_light(s, lit_at_all, l, shadow_rays);
             light += more;
             seen = seen << 1u | (more == vec3(0.0) ? 0u : 1u);
         }
     } else if (light_count != 0u) {
-        // Brute force takes one light a pass: no loop.
+        // Else brute force takes one light a pass: no loop.
         vec3 more = direct_light(s, lit_at_all, push.light_begin, shadow_rays);
         light += more;
         seen = more == vec3(0.0) ? 0u : 1u;

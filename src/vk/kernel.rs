@@ -153,15 +153,6 @@ impl Maker<'_> {
             Form::Packet => code.packet,
         }
         .words();
-        let words = match std::env::var("WSPV") {
-            Ok(d) => {
-                let f = match self.form { Form::Single => "f32", Form::Double => "f64", Form::Few => "few", Form::Packet => "packet" };
-                let read = |f: &str| std::fs::read(format!("{d}/{}.{f}.spv", code.name));
-                let b = read(f).or_else(|_| read("f32")).expect("spv");
-                bytemuck::pod_collect_to_vec::<u8, u32>(&b)
-            }
-            Err(_) => words,
-        };
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the module was compiled and checked at build time.
         let module = unsafe { self.raw.create_shader_module(&info, None) }

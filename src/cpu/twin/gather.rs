@@ -6,12 +6,7 @@ use super::structs::{Contribution, Queue};
 use crate::abi::{COUNTER_LOOP_CAP, LOOP_CAP};
 
 /// Adds the contributions of all rays of one sample at this depth to the sample.
-pub fn gather(
-    queue: &[Queue],
-    contributions: &[Contribution],
-    slots: &mut [[f32; 3]],
-    counters: &mut [u32],
-) {
+pub fn gather(queue: &[Queue], contributions: &[Contribution], slots: &mut [[f32; 3]], counters: &mut [u32]) {
     let count = queue[0].count as usize;
     for i in 0..count {
         let slot = contributions[i].slot;

@@ -2,8 +2,8 @@
 
 use super::real::Real;
 use super::structs::{
-    Camera, Contribution, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node, Path, Push, Queue,
-    Ray, Sphere, Surface, Triangle, WideSphere,
+    Camera, Contribution, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node,
+    Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
 };
 use super::{PRECISION, from_host};
 use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
@@ -213,7 +213,9 @@ impl Memory {
                 &mut m.depth_counts,
                 &mut m.counters,
             ),
-            Kernel::Place => place::place(spec, &m.queue, &m.next_queue, &m.totals, &m.offsets, &mut m.places),
+            Kernel::Place => {
+                place::place(spec, &m.queue, &m.next_queue, &m.totals, &m.offsets, &mut m.places)
+            }
             Kernel::Resolve => {
                 resolve::resolve(spec, push, &m.slots, &m.paths, &mut m.film, &mut m.marks);
             }

@@ -3,8 +3,8 @@
 use super::lib::light::Lit;
 use super::lib::trace::Shapes;
 use super::structs::{
-    Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface, Triangle,
-    WideSphere,
+    Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface,
+    Triangle, WideSphere,
 };
 use crate::abi::{NONE, Specialisation};
 

@@ -6,8 +6,8 @@ use super::lib::strike::Scene;
 use super::lib::trace::{Shapes, make_trace_ray};
 use super::real::FAR;
 use super::structs::{
-    Camera, Contribution, CornerNormals, DepthCount, FlatNormal, Light, Material, Node, Path, Push, Queue, Ray,
-    Sphere, Triangle, WideSphere,
+    Camera, Contribution, CornerNormals, DepthCount, FlatNormal, Light, Material, Node, Path, Push, Queue,
+    Ray, Sphere, Triangle, WideSphere,
 };
 use crate::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
 
@@ -68,7 +68,8 @@ pub fn trace(
         let bit = |flag, shift| u32::from(s.flags & flag != 0) << (shift + i % lanes);
         totals[i / lanes] |= bit(CHILD_REFLECTED, 0) | bit(CHILD_REFRACTED, 16);
         let camera = &camera[0];
-        let mut lit = Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
+        let mut lit =
+            Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
         lit.light_up(i, ray, &s, m, true, true);
     }
 }

@@ -1,10 +1,10 @@
 //! Twin of `glsl/lib/light.glsl`.
 
+use super::super::real::{Real, Real3, U, Vec3, float};
+use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
 use super::trace::{Shapes, make_trace_ray};
-use super::super::real::{Real, Real3, U, Vec3, float};
-use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
 use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT};
 use crate::sampler::pcg4d;
 
@@ -49,14 +49,23 @@ fn direct_light(
 
 /// What lights shine on, and what comes of it.
 pub struct Lit<'a> {
+    /// What may be in the way.
     pub shapes: Shapes<'a>,
+    /// Of the pass.
     pub push: &'a Push,
+    /// Background, and the fixed shift of origins.
     pub camera: &'a Camera,
+    /// All of them.
     pub lights: &'a [Light],
+    /// By ray.
     pub contributions: &'a mut [Contribution],
+    /// By sample.
     pub slots: &'a mut [[f32; 3]],
+    /// By sample.
     pub paths: &'a mut [Path],
+    /// By depth.
     pub depth_counts: &'a mut [DepthCount],
+    /// By `COUNTER_…`.
     pub counters: &'a mut [u32],
 }
 

@@ -1,11 +1,13 @@
 //! Twin of `glsl/lib/spawn.glsl`.
 
+use super::super::real::{Real3, U, Vec3};
+use super::super::structs::{Camera, Ray, Surface};
 use super::fresnel::{reflected, refracted};
 use super::numeric::{dot3, safe_normalize};
 use super::surface::spawn_origin;
-use super::super::real::{Real3, U, Vec3};
-use super::super::structs::{Camera, Ray, Surface};
-use crate::abi::{CHILD_REFLECTED, CHILD_REFRACTED, COUNTER_MEDIA_OVERFLOW, LEAVES, NONE, PASSES, Specialisation};
+use crate::abi::{
+    CHILD_REFLECTED, CHILD_REFRACTED, COUNTER_MEDIA_OVERFLOW, LEAVES, NONE, PASSES, Specialisation,
+};
 
 fn above(spec: &Specialisation, direction: Real3, offset: Real3) -> Real3 {
     if spec.smooth_normals == 0 {
@@ -38,8 +40,11 @@ fn change_media(from: &[u32], to: &mut [u32], solid: u32, leaves: bool, counters
 
 /// Where children go: their rays and their lists of solids.
 pub struct Nursery<'a> {
+    /// By place.
     pub rays: &'a mut [Ray],
+    /// Their lists of solids.
     pub media: &'a mut [u32],
+    /// By `COUNTER_…`.
     pub counters: &'a mut [u32],
 }
 
@@ -57,8 +62,7 @@ pub fn spawn(
 ) {
     let capacity = spec.media_capacity as usize;
     let (fixed, shift) = (spec.origin_fixed != 0, camera.origin_shift);
-    let (position, offset, normal) =
-        (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
+    let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
     let d = Real3::from(ray.direction);
     let mut throughput = Vec3::from(ray.throughput);
     if s.flags & PASSES == 0 {

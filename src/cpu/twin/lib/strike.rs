@@ -1,12 +1,12 @@
 //! Twin of `glsl/lib/strike.glsl`.
 
-use super::fresnel::reflection_share;
-use super::media::{is_inside, medium};
-use super::numeric::dot3;
 use super::super::real::{Real, Real3, float, real};
 use super::super::structs::{
     CornerNormals, FlatNormal, Hit, Material, Path, Push, Ray, Sphere, Surface, Triangle, WideSphere,
 };
+use super::fresnel::reflection_share;
+use super::media::{is_inside, medium};
+use super::numeric::dot3;
 use super::surface::{smooth_normal, sphere_point, triangle_point, wide_sphere_point};
 use crate::abi::{
     CHILD_REFLECTED, CHILD_REFRACTED, CUT_ONE, FRESNEL_CONSTANT, LEAVES, NONE, PASSES, Specialisation,
@@ -18,15 +18,25 @@ fn greatest(v: [f32; 3]) -> f32 {
 
 /// The scene as `strike` sees it.
 pub struct Scene<'a> {
+    /// What the kernel is compiled for.
     pub spec: &'a Specialisation,
+    /// Of the pass.
     pub push: &'a Push,
+    /// By primitive.
     pub triangles: &'a [Triangle],
+    /// Parallel to `triangles`.
     pub flat_normals: &'a [FlatNormal],
+    /// Parallel to `triangles`, or empty.
     pub corner_normals: &'a [CornerNormals],
+    /// By primitive, less the triangles.
     pub spheres: &'a [Sphere],
+    /// As `Sphere::wide` says.
     pub wide_spheres: &'a [WideSphere],
+    /// By material.
     pub materials: &'a [Material],
+    /// By solid.
     pub solid_iors: &'a [f32],
+    /// By solid.
     pub solid_priorities: &'a [i32],
 }
 
