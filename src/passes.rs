@@ -86,7 +86,7 @@ pub const PROLOGUE: &[Pass] = &[Pass {
     way: Way::Both,
 }];
 
-/// Once per depth. `rays`, `media` and `queue` change places with their `next_` after each.
+/// Once per depth: the rows of one [`Way`] and those of both. `rays`, `media` and `queue` change places with their `next_` after each.
 pub const PER_DEPTH: &[Pass] = &[
     Pass {
         kernel: Kernel::Intersect,

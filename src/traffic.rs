@@ -158,8 +158,8 @@ mod tests {
         let plain = |kernel| row(kernel, "cornell.toml", Precision::Robust);
         assert_eq!(glass(Kernel::Shade).per_item - plain(Kernel::Shade).per_item, 4 * solids);
         assert_eq!(glass(Kernel::Spawn).per_child - plain(Kernel::Spawn).per_child, 4 * solids);
-        // Contributions instead of slots, read and written: both are one vec3.
-        assert_eq!(glass(Kernel::Shadow).per_item, plain(Kernel::Shadow).per_item);
+        // Contributions instead of slots, read and written: they say besides whose they are.
+        assert_eq!(glass(Kernel::Shadow).per_item, plain(Kernel::Shadow).per_item + 2 * 4);
     }
 
     /// A buffer that grows with the samples of a batch or the pixels of a tile has elements per ray, sample or pixel.

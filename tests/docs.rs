@@ -137,10 +137,14 @@ fn the_buffer_table_is_the_codes() {
     writeln!(
         table,
         "\nA place in a queue takes {} bytes ({} in f64), 8 more for each solid that a ray can be in, {} more where rays branch or\n\
-         lights come in groups. A sample of a batch takes {} bytes, a pixel of a tile {}.",
+         lights come in groups. Where kernels are fused it takes {} bytes and 8 more for each solid; where rays branch {}, and twice as much\n\
+         for solids. A sample of a batch takes {} bytes, a pixel of a tile {}.",
         place(&bytes),
         place(&double),
-        bytes("vec3"),
+        bytes("Contribution"),
+        // Rays of this depth and of the next, at a ray's own places, and where they are.
+        2 * bytes("Ray") + bytes("uint"),
+        2 * 2 * bytes("Ray") + bytes("uint") + bytes("Contribution"),
         bytes("vec3"),
         bytes("Film")
     )

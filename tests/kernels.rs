@@ -154,6 +154,7 @@ fn scan() {
                 0..6 => {
                     [0, 1, state.spec.workgroup, state.spec.workgroup + 1, 128 * state.spec.workgroup, most]
                         [case]
+                        .min(most)
                 }
                 _ => rng.below(most + 1),
             };

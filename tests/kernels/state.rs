@@ -150,7 +150,7 @@ impl State {
         };
         let length = |buffer| match buffer {
             Buf::Media | Buf::NextMedia => (2 * RAYS * v.media) as usize,
-            Buf::Totals | Buf::Offsets => 704,
+            Buf::Totals | Buf::Offsets => 4224,
             Buf::DepthCounts => 4,
             Buf::Counters => COUNTERS as usize,
             Buf::EyeMedia => v.media as usize,
