@@ -90,7 +90,8 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
-/// Samples from which on a small scene's shapes become constants: on lavapipe that costs about a second of
+/// Samples from which on kernels are fused, and a small scene's shapes become constants: on lavapipe the one costs some
+/// 0.1 to 0.2 s of compiling, and saves 20 to 60 ns of CPU a ray; the other costs about a second of
 /// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
 pub(crate) const KNOWN_SAMPLES: u64 = 1 << 21;
 
@@ -178,7 +179,7 @@ impl Plan {
         };
         // A survey does not say how many samples it will be asked for: as many as a picture takes.
         let samples = if survey { pixels.saturating_mul(16) } else { total };
-        let may_fuse = plan.may_fuse(settings, limits);
+        let may_fuse = plan.may_fuse(settings, limits, samples);
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
         loop {
@@ -218,13 +219,14 @@ impl Plan {
     }
 
     /// Whether one kernel may do the stages of a depth that work on a ray alone: where what goes through queues between
-    /// kernels is stored and loaded lane by lane, it is dear. A GPU keeps split kernels (ARCHITECTURE.md, "Why this
+    /// kernels is stored and loaded lane by lane, it is dear; but one large kernel is compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this
     /// shape on a GPU").
-    fn may_fuse(&self, settings: &Settings, limits: &Limits) -> bool {
+    fn may_fuse(&self, settings: &Settings, limits: &Limits, samples: u64) -> bool {
         let code = Kernel::Trace.code();
         limits.is_cpu
             && limits.storage_buffers >= (code.reads | code.writes).count_ones()
             && self.specialisation.light_count <= LIGHTS_PER_PASS
+            && settings.schedule.constants.unwrap_or(samples >= KNOWN_SAMPLES)
             && !settings.schedule.general.has(Feature::SplitKernels)
     }
 

@@ -22,11 +22,15 @@ fn validated() -> Renderer {
 fn every_scene_is_valid() {
     let mut renderer = validated();
     for (name, scene) in scenes() {
-        let schedule = Schedule { tile_pixels: Some(120), batch_samples: Some(1), ..Schedule::default() };
-        let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
-        render(&mut renderer, &scene, &settings);
-        let messages = renderer.validation_messages();
-        assert!(messages.is_empty(), "{name}: {}", messages.join("\n"));
+        // Shapes as constants: then kernels are fused without a hierarchy too.
+        for constants in [None, Some(true)] {
+            let schedule =
+                Schedule { tile_pixels: Some(120), batch_samples: Some(1), constants, ..Schedule::default() };
+            let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
+            render(&mut renderer, &scene, &settings);
+            let messages = renderer.validation_messages();
+            assert!(messages.is_empty(), "{name}: {}", messages.join("\n"));
+        }
     }
 }
 
@@ -51,7 +55,7 @@ fn a_missing_barrier_is_reported() {
     ] {
         let mut renderer = validated();
         renderer.omit_barrier_after(Some(kernel));
-        let settings = Settings { schedule: schedule.clone(), ..small(&scene, 8, 1, 0) };
+        let settings = Settings { schedule: *schedule, ..small(&scene, 8, 1, 0) };
         render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();
         let binding = format!("binding #{} ", buffer as u32);
