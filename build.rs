@@ -32,6 +32,9 @@ fn main() {
     }
 }
 
+/// Kernels in which subgroups count together: of devices on which these work together, so in two forms alone.
+const JOINED: [&str; 2] = ["place", "trace"];
+
 fn compile_all() -> Result<(), String> {
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
     let mut kernels: Vec<PathBuf> = fs::read_dir("glsl")
@@ -55,9 +58,10 @@ fn compile_all() -> Result<(), String> {
         let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let traces = source.contains("trace.glsl");
         let more = ["few", "packet"].map(|form| (form, "float", "vec3", abi::single::STRUCTS));
-        for (suffix, real, real3, structs) in
-            precisions.into_iter().chain(more.into_iter().filter(|_| traces))
-        {
+        let joined = JOINED.contains(&name);
+        let forms =
+            precisions.into_iter().filter(|_| !joined).chain(more.into_iter().filter(|_| traces || joined));
+        for (suffix, real, real3, structs) in forms {
             let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix))?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
             check(name, &module, structs)?;
@@ -76,8 +80,8 @@ fn compile_all() -> Result<(), String> {
         if texels & !reads != 0 {
             return Err(format!("{name}: a texel view of a buffer that it does not read"));
         }
-        let form = |i: usize| files.get(i).unwrap_or(&files[0]);
-        let [single, double, few, packet] = [0, 1, 2, 3].map(form);
+        let of = if joined { [1, 1, 0, 1] } else { [0, 1, 2, 3] };
+        let [single, double, few, packet] = of.map(|i| files.get(i).unwrap_or(&files[0]));
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(

@@ -1,13 +1,12 @@
-// Adds the contributions of all rays of one sample at this depth to the sample, in queue order. The
+// Adds the contributions of all rays of one sample at this depth, from 2 on, to the sample, in queue order. The
 // queue keeps a sample's rays together, so the first of them adds up all.
-// Reads queue, rays, contributions. Updates slots.
+// Reads queue, contributions. Updates slots.
 // One invocation per ray; all but the first of a sample leave at once.
 #version 460
 #include "prelude.glsl"
 #include "numeric.glsl"
 layout(local_size_x_id = 0) in;
 
-READS(rays)
 READS(queue)
 READS(contributions)
 UPDATES(slots)
@@ -17,12 +16,12 @@ void main() {
     uint i = item_index();
     uint count = queue[0].count;
     if (i >= count) return;
-    uint slot = rays[i].slot;
-    if (i > 0u && rays[i - 1u].slot == slot) return;
-    vec3 sum = contributions[i], compensation = vec3(0.0);
+    uint slot = contributions[i].slot;
+    if (i > 0u && contributions[i - 1u].slot == slot) return;
+    vec3 sum = contributions[i].light, compensation = vec3(0.0);
     uint j = i + 1u;
-    for (; j < count && j - i < LOOP_CAP && rays[j].slot == slot; j++) {
-        neumaier(sum, compensation, contributions[j]);
+    for (; j < count && j - i < LOOP_CAP && contributions[j].slot == slot; j++) {
+        neumaier(sum, compensation, contributions[j].light);
     }
     if (j - i == LOOP_CAP) atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
     slots[slot] += sum + compensation;

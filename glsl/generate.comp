@@ -1,5 +1,5 @@
 // Primary rays of a batch: one per pixel of the tile and sample.
-// Reads camera, eye_media, pixels (in a survey). Writes rays, media, slots and paths (zero).
+// Reads camera, eye_media, pixels (in a survey). Writes rays, media and paths (zero).
 // One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart; within a sample
 // in blocks of pixels, so that neighbours in the queue are neighbours in the image both ways.
 #version 460
@@ -14,7 +14,6 @@ READS(eye_media)
 READS(pixels)
 STORES_3(rays)
 WRITES(media)
-WRITES(slots)
 WRITES(paths)
 
 Ray primary_ray(Camera c, uint slot) {
@@ -51,7 +50,6 @@ void main() {
     if (item >= push.items) return;
     uint at = item % push.tile_pixels, slot = item - at + in_blocks(at);
     store_rays(item, primary_ray(camera[0], slot));
-    slots[slot] = vec3(0.0);
     if (survey != 0u) paths[slot] = Path(0u, 0u, 0u, 0u);
     for (uint j = 0u; j < media_capacity; j++) {
         media[item * media_capacity + j] = eye_media[j];

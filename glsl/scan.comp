@@ -4,6 +4,7 @@
 // One workgroup; each invocation walks a run of totals.
 #version 460
 #include "prelude.glsl"
+#include "children.glsl"
 layout(local_size_x = SCAN_WIDTH) in;
 
 READS(queue)
@@ -16,6 +17,17 @@ UPDATES(counters)
 shared uint reflections[SCAN_WIDTH];
 shared uint refractions[SCAN_WIDTH];
 
+// Reflection and refraction rays of a workgroup's rays.
+uvec2 children(uint g) {
+    if (fused == 0u) return uvec2(totals[g] >> 16, totals[g] & 0xffffu);
+    uvec2 sum = uvec2(0u);
+    [[unroll]] for (uint k = 0u; k < MASKS; k++) {
+        uint mask = totals[g * MASKS + k];
+        sum += uvec2(bitCount(mask & (REFRACTED_BIT - 1u)), bitCount(mask / REFRACTED_BIT));
+    }
+    return sum;
+}
+
 void main() {
     uint local = gl_LocalInvocationID.x;
     uint groups = (queue[0].count + workgroup - 1u) / workgroup;
@@ -23,8 +35,9 @@ void main() {
     uint begin = min(local * run, groups), end = min(begin + run, groups);
     uint sum_l = 0u, sum_r = 0u;
     for (uint g = begin; g < end; g++) {
-        sum_l += totals[g] >> 16;
-        sum_r += totals[g] & 0xffffu;
+        uvec2 sum = children(g);
+        sum_l += sum.x;
+        sum_r += sum.y;
     }
     reflections[local] = sum_l;
     refractions[local] = sum_r;
@@ -41,7 +54,8 @@ void main() {
     uint at = (reflections[local] - sum_l) + (refractions[local] - sum_r);
     for (uint g = begin; g < end; g++) {
         offsets[g] = at;
-        at += (totals[g] >> 16) + (totals[g] & 0xffffu);
+        uvec2 sum = children(g);
+        at += sum.x + sum.y;
     }
     if (local == SCAN_WIDTH - 1u) {
         uint l = reflections[local], r = refractions[local], count = l + r;

@@ -24,106 +24,10 @@ FETCHES_1(hits)
 STORES_4(surfaces)
 WRITES(totals)
 UPDATES(paths)
-#include "surface.glsl"
-#include "media.glsl"
-#include "fresnel.glsl"
+#include "strike.glsl"
 
 shared uint reflected_mask[WORKGROUP_MAX / 32u];
 shared uint refracted_mask[WORKGROUP_MAX / 32u];
-
-float greatest(vec3 v) {
-    return max(v.x, max(v.y, v.z));
-}
-
-// Notes the throughput of a ray that is not traced, rounded up.
-void note_cut(uint slot, float throughput) {
-    if (survey != 0u) atomicAdd(paths[slot].cut, uint(throughput * float(CUT_ONE)) + 1u);
-}
-
-// `kind` if a child of this throughput is traced.
-uint child(uint slot, uint kind, float throughput) {
-    if (!(throughput > 0.0)) return 0u;
-    if (push.depth < push.last_depth && !(throughput < push.cutoff)) return kind;
-    note_cut(slot, throughput);
-    return 0u;
-}
-
-Surface strike(uint i) {
-    Hit h = load_hits(i);
-    Surface s;
-    s.primitive = h.primitive;
-    s.flags = 0u;
-    if (h.primitive == NONE) return s;
-
-    Ray ray = load_rays(i);
-    real3 o = ray.origin, d = ray.direction;
-    Point p;
-    if (h.primitive < triangle_count) {
-        Triangle t = load_triangles(h.primitive);
-        p = triangle_point(t, load_flat_normals(h.primitive).normal, h.u, h.v);
-        if (smooth_normals != 0u) {
-            p.normal = smooth_normal(corner_normals[h.primitive], p.normal, p.geometric, h.u, h.v);
-        }
-        s.material = t.material;
-        s.solid = t.solid;
-    } else {
-        uint j = h.primitive - triangle_count;
-        Sphere sphere = load_spheres(j);
-        uint wide = sphere.wide;
-        p = wide_spheres_used != 0u && wide != NONE ? wide_sphere_point(wide_spheres[wide], o, d, h.t)
-                                                    : sphere_point(sphere, o, d, h.t);
-        s.material = sphere.material;
-        s.solid = sphere.solid;
-    }
-    bool behind = dot3(d, p.geometric) > 0.0;
-    s.position = p.position;
-    s.offset = behind ? -p.offset : p.offset;
-    s.normal = behind ? -p.normal : p.normal;
-    // A shading normal may lean away from the ray; the geometric one never does.
-    real c = -dot3(d, s.normal);
-    if (c < 0.0) {
-        s.normal = behind ? -p.geometric : p.geometric;
-        c = -dot3(d, s.normal);
-    }
-    s.cosine = c < 1.0 ? (c > 0.0 ? c : 0.0) : 1.0;
-
-    Material m = load_materials(s.material);
-    real here = 1.0, beyond = 1.0;
-    s.eta = 1.0;
-    // Not only where there are solids: a thin sheet reflects by its index in a scene without any.
-    if (m.secondary > 0.0 && !(m.fresnel_kind == FRESNEL_CONSTANT && m.fresnel >= 1.0)) {
-        uint inside = medium(i, 0u);
-        if (s.solid != 0u) {
-            s.flags |= is_inside(i, s.solid) ? LEAVES : 0u;
-            uint others = medium(i, s.solid);
-            if (defect == DEFECT_ONE_MEDIUM) inside = others = 0u;
-            if (others != 0u && defect != DEFECT_NO_PRIORITY && solid_priorities[others] > solid_priorities[s.solid]) {
-                // Another solid's matter fills both sides: nothing is here for light.
-                s.share = 0.0;
-                bool last = push.depth == push.last_depth;
-                s.flags |= PASSES | (last ? 0u : CHILD_REFRACTED);
-                if (last) note_cut(ray.slot, greatest(ray.throughput));
-                return s;
-            }
-            // Entering: of equal priority, the solid entered last is the medium.
-            here = solid_iors[defect == DEFECT_ONE_MEDIUM && (s.flags & LEAVES) != 0u ? s.solid : inside];
-            beyond = solid_iors[(s.flags & LEAVES) != 0u ? others : s.solid];
-            bool flipped = defect == DEFECT_FLIPPED_ETA && (s.flags & LEAVES) != 0u;
-            s.eta = flipped ? beyond / here : here / beyond;
-        } else {
-            here = solid_iors[inside];
-            beyond = m.ior; // a thin sheet: reflects like its material, refracts nothing
-        }
-    }
-    s.share = float(reflection_share(m, here, beyond, d, s.normal, s.cosine));
-    float w = greatest(ray.throughput);
-    bool bailout = defect == DEFECT_BAILOUT && w < 1.0 / 255.0;
-    if (m.secondary > 0.0 && !bailout) {
-        w *= m.secondary;
-        s.flags |= child(ray.slot, CHILD_REFLECTED, s.share * w) | child(ray.slot, CHILD_REFRACTED, (1.0 - s.share) * w);
-    }
-    return s;
-}
 
 void main() {
     uint i = item_index();
@@ -137,7 +41,11 @@ void main() {
     Surface s;
     bool live = i < queue[0].count;
     if (live) {
-        s = strike(i);
+        Hit h = load_hits(i);
+        Ray ray;
+        if (h.primitive != NONE) ray = load_rays(i);
+        Material m;
+        s = strike(i, ray, h, m);
         if ((s.flags & CHILD_REFLECTED) != 0u) atomicOr(reflected_mask[word], bit);
         if ((s.flags & CHILD_REFRACTED) != 0u) atomicOr(refracted_mask[word], bit);
     }

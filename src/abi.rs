@@ -296,7 +296,7 @@ host {
 }
 device {
     /// A ray in flight, 48 bytes (f64: 72). Written by `generate` and `spawn`, read by `intersect`, `shade`,
-    /// `spawn`, `shadow`, `gather`. `direction` has unit length.
+    /// `spawn`, `shadow`; or written and read by `trace`. `direction` has unit length.
     struct Ray {
         /// Local frame.
         origin: real3,
@@ -411,6 +411,14 @@ device {
         cut_low: uint,
         /// High word.
         cut_high: uint,
+    }
+
+    /// What a ray adds to its sample, 16 bytes. Written by `shadow` or `trace`, read by `gather`.
+    struct Contribution {
+        /// Weighted colour.
+        light: vec3,
+        /// Sample it belongs to.
+        slot: uint,
     }
 
     /// Push constants, 60 bytes.
@@ -676,6 +684,8 @@ specialisation! {
     loose_spheres: 0;
     /// 1: `few` holds the scene's shapes, so that the kernels are compiled for them.
     few_known: 0;
+    /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `totals` are masks of subgroups.
+    fused: 0;
     /// A planted defect, for the tests of the tests; 0 = none.
     defect: 0;
 }
@@ -720,7 +730,7 @@ buffers! {
     eye_media / EyeMedia: "uint";
     /// Pixels of the tile, row * image width + column; of surveys only.
     pixels / Pixels: "uint";
-    /// Rays of this depth.
+    /// Rays of this depth; where kernels are fused, the children of ray i at places 2 i and 2 i + 1, or at i where none branches.
     rays / Rays: "Ray";
     /// Rays of the next depth.
     next_rays / NextRays: "Ray";
@@ -732,16 +742,19 @@ buffers! {
     queue / Queue: "Queue";
     /// Size of `next_rays`.
     next_queue / NextQueue: "Queue";
-    /// Parallel to `rays`.
+    /// Parallel to `rays`; between split kernels.
     hits / Hits: "Hit";
-    /// Parallel to `rays`.
+    /// Parallel to `rays`; between split kernels.
     surfaces / Surfaces: "Surface";
-    /// Children of each workgroup of `shade`: reflections << 16 | refractions.
+    /// Children of each workgroup of `shade`: reflections << 16 | refractions. Or which children the rays of each subgroup of
+    /// `trace` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
     totals / Totals: "uint";
     /// Exclusive prefix sum of `totals`: where a workgroup's children start in `next_rays`.
     offsets / Offsets: "uint";
-    /// Weighted own colour of each ray, parallel to `rays`; used where rays branch or lights come in several passes.
-    contributions / Contributions: "vec3";
+    /// Where in `rays` each ray of the queue is, where kernels are fused; of depths from 2 on.
+    places / Places: "uint";
+    /// Weighted own colour of each ray and its sample, in the queue's order; used from depth 2 on where rays branch, or where lights come in several passes.
+    contributions / Contributions: "Contribution";
     /// Radiance of each sample of the batch.
     slots / Slots: "vec3";
     /// What the path tree of each sample of the batch did; of surveys only.

@@ -56,6 +56,8 @@ features! {
     LoneRays, "lone-rays", "a walk for each ray, not one for the rays of a subgroup";
     /// Loads from storage buffers, not from texel views.
     Storage, "storage", "loads from storage buffers, not texel views";
+    /// A kernel for each stage, also where one for all is faster.
+    SplitKernels, "split-kernels", "a kernel for each stage, not one for all";
     /// Shapes from buffers, not from constants.
     LoadedShapes, "loaded-shapes", "shapes from buffers, not constants";
 }

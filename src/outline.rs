@@ -277,8 +277,16 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         })
         .collect();
     let kernels = variant::kernels(plan, settings);
-    let queue =
-        [Buf::Rays, Buf::NextRays, Buf::Media, Buf::NextMedia, Buf::Hits, Buf::Surfaces, Buf::Contributions];
+    let queue = [
+        Buf::Rays,
+        Buf::NextRays,
+        Buf::Media,
+        Buf::NextMedia,
+        Buf::Hits,
+        Buf::Surfaces,
+        Buf::Places,
+        Buf::Contributions,
+    ];
     let in_queue: u64 = queue.iter().map(|b| plan.buffer_bytes[*b as usize]).sum();
     Planned {
         dispatches: kernels.iter().map(|k| k.launches).sum(),

@@ -26,8 +26,19 @@ pub enum When {
     NotLast,
     /// Once for each group of lights.
     PerLights,
-    /// Where several rays of one sample may share a depth.
+    /// Where several rays of one sample may share a depth: from depth 2 on.
     Branching,
+}
+
+/// The ways to do a depth (`Specialisation::fused`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// A part of both.
+    Both,
+    /// A kernel for each stage.
+    Split,
+    /// One kernel for the stages that work on a ray alone.
+    Fused,
 }
 
 /// One row of the frame.
@@ -43,6 +54,19 @@ pub struct Pass {
     pub size: Size,
     /// When.
     pub when: When,
+    /// In which way of doing a depth.
+    pub way: Way,
+}
+
+impl Pass {
+    /// Whether it is a part of the frame at all where depths are done in one kernel, or in split ones.
+    pub fn is_of(&self, fused: bool) -> bool {
+        match self.way {
+            Way::Both => true,
+            Way::Split => !fused,
+            Way::Fused => fused,
+        }
+    }
 }
 
 use Buf::*;
@@ -56,12 +80,13 @@ macro_rules! shapes {
 pub const PROLOGUE: &[Pass] = &[Pass {
     kernel: Kernel::Generate,
     reads: &[Camera, EyeMedia, Pixels],
-    writes: &[Rays, Media, Slots, Paths],
+    writes: &[Rays, Media, Paths],
     size: Size::Samples,
     when: When::Always,
+    way: Way::Both,
 }];
 
-/// Once per depth. `rays`, `media` and `queue` change places with their `next_` after each.
+/// Once per depth: the rows of one [`Way`] and those of both. `rays`, `media` and `queue` change places with their `next_` after each.
 pub const PER_DEPTH: &[Pass] = &[
     Pass {
         kernel: Kernel::Intersect,
@@ -69,6 +94,7 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[Hits, Counters],
         size: Size::Rays,
         when: When::Always,
+        way: Way::Split,
     },
     Pass {
         kernel: Kernel::Shade,
@@ -90,6 +116,32 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[Surfaces, Totals, Paths],
         size: Size::Rays,
         when: When::Always,
+        way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Trace,
+        reads: shapes![
+            Camera,
+            FlatNormals,
+            CornerNormals,
+            Materials,
+            Lights,
+            SolidIors,
+            SolidPriorities,
+            Rays,
+            Media,
+            Queue,
+            Places,
+            Contributions,
+            Slots,
+            Paths,
+            DepthCounts,
+            Counters
+        ],
+        writes: &[NextRays, NextMedia, Totals, Contributions, Slots, Paths, DepthCounts, Counters],
+        size: Size::Rays,
+        when: When::Always,
+        way: Way::Fused,
     },
     Pass {
         kernel: Kernel::Scan,
@@ -97,6 +149,7 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[Offsets, NextQueue, DepthCounts, Counters],
         size: Size::One,
         when: When::NotLast,
+        way: Way::Both,
     },
     Pass {
         kernel: Kernel::Spawn,
@@ -104,6 +157,15 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[NextRays, NextMedia, Counters],
         size: Size::Rays,
         when: When::NotLast,
+        way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Place,
+        reads: &[Queue, NextQueue, Totals, Offsets],
+        writes: &[Places],
+        size: Size::Rays,
+        when: When::NotLast,
+        way: Way::Fused,
     },
     Pass {
         kernel: Kernel::Shadow,
@@ -123,13 +185,15 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[Contributions, Slots, Paths, DepthCounts, Counters],
         size: Size::Rays,
         when: When::PerLights,
+        way: Way::Split,
     },
     Pass {
         kernel: Kernel::Gather,
-        reads: &[Rays, Queue, Contributions, Slots, Counters],
+        reads: &[Queue, Contributions, Slots, Counters],
         writes: &[Slots, Counters],
         size: Size::Rays,
         when: When::Branching,
+        way: Way::Both,
     },
 ];
 
@@ -140,6 +204,7 @@ pub const EPILOGUE: &[Pass] = &[Pass {
     writes: &[Film, Marks],
     size: Size::Pixels,
     when: When::Always,
+    way: Way::Both,
 }];
 
 /// Once per device, apart from any frame.
@@ -149,6 +214,7 @@ pub const SELF_TEST: &[Pass] = &[Pass {
     writes: &[SelfTest],
     size: Size::Pixels,
     when: When::Always,
+    way: Way::Both,
 }];
 
 // The tables say what the compiled kernels do, or the build fails.

@@ -28,6 +28,8 @@ pub struct Limits {
     pub texel_elements: u32,
     /// Invocations of a subgroup, if compute kernels may shuffle values among them; else 0.
     pub shuffle_lanes: u32,
+    /// Storage buffers that one kernel may have.
+    pub storage_buffers: u32,
     /// True for a software device: its memory is the caches of a few cores.
     pub is_cpu: bool,
 }
@@ -40,6 +42,7 @@ impl Limits {
         workgroup_invocations: 1024,
         texel_elements: 1 << 27,
         shuffle_lanes: 8,
+        storage_buffers: 32,
         is_cpu: true,
     };
 }
@@ -93,6 +96,17 @@ pub struct Plan {
     pub features: Vec<&'static str>,
 }
 
+/// How rays go through a depth.
+#[derive(Debug, Clone, Copy, Default)]
+struct Choice {
+    /// One kernel for the stages that work on a ray alone.
+    fused: bool,
+    /// The rays of a subgroup walk the hierarchy together.
+    packets: bool,
+    /// A small scene's shapes are constants.
+    known: bool,
+}
+
 /// Rays per batch that keep lavapipe's queues in its caches; measured (ARCHITECTURE.md, "Figures").
 const CPU_BATCH: u32 = 1 << 17;
 /// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
@@ -107,7 +121,8 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
-/// Samples from which on a small scene's shapes become constants: on lavapipe that costs about a second of
+/// Samples from which on kernels are fused, and a small scene's shapes become constants: on lavapipe the one costs some
+/// 0.1 to 0.2 s of compiling, and saves 20 to 60 ns of CPU a ray; the other costs about a second of
 /// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
 pub(crate) const KNOWN_SAMPLES: u64 = 1 << 21;
 
@@ -203,6 +218,7 @@ impl Plan {
                 loose_triangles: u32::from(packed.loose[0]),
                 loose_spheres: u32::from(packed.loose[1]),
                 few_known: 0,
+                fused: 0,
                 few: [0; abi::FEW_WORDS],
                 defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
@@ -215,34 +231,44 @@ impl Plan {
             buffer_bytes: Vec::new(),
             features: packed.features(),
         };
+        let known = by_brute_force
+            && packed.primitive_count() <= abi::UNROLL_MAX as usize
+            && may_join(settings, limits)
+            && knows_shapes(settings, limits, survey);
+        let fused = plan.may_fuse(settings, limits, survey);
+        let packets = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
+        // What is wanted, then what else there is where texel views do not reach.
+        let mut choices =
+            [Choice { fused, packets, known }, Choice { fused: false, packets, known }, Choice::default()];
+        for choice in &mut choices {
+            choice.fused &= packets || known;
+        }
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
-        let may_pack = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
-        let mut packets = may_pack;
-        loop {
-            plan.size_for(packed, settings, batch, room, packets);
-            plan.specialisation.texels = u32::from(plan.reads_texels(settings, limits));
-            if packets && plan.specialisation.texels == 0 && !packed.nodes.is_empty() {
-                packets = false;
-                continue;
-            }
-            if plan.fits(limits) {
-                break;
+        let choice = loop {
+            let mut can = |choice: &Choice| plan.can(*choice, packed, settings, limits, batch, room);
+            let choice = choices.into_iter().find(|w| can(w));
+            if let Some(choice) = choice.filter(|_| plan.fits(limits)) {
+                break choice;
             }
             if batch == 1 {
                 // What fits may be read as texels even where all of this may not.
-                plan.size_for(packed, settings, batch, room, may_pack);
+                plan.size_for(packed, settings, limits, batch, room, choices[1]);
                 return Err(plan.too_large(packed, settings, limits));
             }
             batch = (batch / 2).max(1);
-        }
-        if packets {
+        };
+        if choice.packets {
             plan.specialisation.lanes = limits.shuffle_lanes;
             // In steps, so that scenes of about a size share their compiled kernels.
             plan.specialisation.stack_size = (packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
         }
-        if by_brute_force && plan.lanes_join(limits) && knows_shapes(settings, limits, survey) {
+        if choice.known {
             plan.know_few(packed, limits);
+        }
+        if choice.fused {
+            // One invocation walks for its ray and for the shadow ray of each light.
+            plan.specialisation.loop_cap = abi::LOOP_CAP / (packed.lights.len() as u32 + 1);
         }
         if let Some(tile) = settings.schedule.tile_pixels {
             plan.tile_pixels = plan.tile_pixels.min(tile.max(1));
@@ -259,7 +285,46 @@ impl Plan {
         Ok(plan)
     }
 
-    fn size_for(&mut self, packed: &Packed, settings: &Settings, batch: u32, room: u32, packets: bool) {
+    /// Whether one kernel may do the stages of a depth that work on a ray alone: what goes through queues between
+    /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
+    /// compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this shape on a GPU").
+    fn may_fuse(&self, settings: &Settings, limits: &Limits, survey: bool) -> bool {
+        let code = Kernel::Trace.code();
+        let many = samples(settings, survey) >= KNOWN_SAMPLES;
+        limits.is_cpu
+            && limits.storage_buffers >= (code.reads | code.writes).count_ones()
+            && self.specialisation.light_count <= LIGHTS_PER_PASS
+            && settings.schedule.constants.unwrap_or(many)
+            && !settings.schedule.general.has(Feature::SplitKernels)
+    }
+
+    /// Sizes everything for `choice`, and tells whether there are kernels for it.
+    fn can(
+        &mut self,
+        choice: Choice,
+        packed: &Packed,
+        settings: &Settings,
+        limits: &Limits,
+        batch: u32,
+        room: u32,
+    ) -> bool {
+        self.size_for(packed, settings, limits, batch, room, choice);
+        self.specialisation.texels = u32::from(self.reads_texels(settings, limits));
+        self.specialisation.fused = u32::from(choice.fused);
+        let joined = choice.fused || choice.packets || choice.known;
+        let made = choice.packets || self.specialisation.use_bvh == 0 || !packed.nodes.is_empty();
+        made && (!joined || self.specialisation.texels != 0)
+    }
+
+    fn size_for(
+        &mut self,
+        packed: &Packed,
+        settings: &Settings,
+        limits: &Limits,
+        batch: u32,
+        room: u32,
+        choice: Choice,
+    ) {
         let [x0, y0, x1, y1] = settings.region();
         // A small image has few samples, but each of them may branch as far as in a large one.
         let growth = 1u32.checked_shl(self.last_depth - 1).unwrap_or(u32::MAX);
@@ -273,6 +338,10 @@ impl Plan {
             (u64::from(self.capacity), u64::from(self.tile_pixels), u64::from(batch));
         let groups = capacity.div_ceil(u64::from(self.specialisation.workgroup)) + 1;
         let media = u64::from(packed.media_capacity);
+        let (Choice { fused, packets, .. }, deep) = (choice, self.last_depth > 1);
+        // `trace` leaves a ray's children at places of their own.
+        let places = if fused && deep && packed.branching { 2 * capacity } else { capacity };
+        let masks = u64::from(self.specialisation.workgroup / limits.shuffle_lanes.max(1));
         self.buffer_bytes = abi::BUFFERS
             .iter()
             .map(|(_, element, buffer)| {
@@ -292,15 +361,20 @@ impl Plan {
                     Buf::SolidIors => packed.solid_iors.len() as u64,
                     Buf::SolidPriorities => packed.solid_priorities.len() as u64,
                     Buf::EyeMedia => media,
-                    Buf::NextRays | Buf::NextMedia if self.last_depth == 1 => 1,
-                    Buf::Rays | Buf::NextRays | Buf::Hits | Buf::Surfaces => capacity,
+                    Buf::NextRays | Buf::NextMedia if !deep => 1,
+                    Buf::Rays | Buf::NextRays => places,
+                    Buf::Hits | Buf::Surfaces if fused => 1,
+                    Buf::Hits | Buf::Surfaces => capacity,
+                    Buf::Places if fused && deep => capacity,
+                    Buf::Places => 1,
                     Buf::Contributions
-                        if packed.branching || packed.lights.len() as u32 > self.lights_per_pass =>
+                        if packed.branching && deep || packed.lights.len() as u32 > self.lights_per_pass =>
                     {
                         capacity
                     }
                     Buf::Contributions => 1,
-                    Buf::Media | Buf::NextMedia => capacity * media,
+                    Buf::Media | Buf::NextMedia => places * media,
+                    Buf::Totals if fused => groups * masks,
                     Buf::Totals | Buf::Offsets => groups,
                     Buf::Slots => batch,
                     Buf::Film => tile * u64::from(self.specialisation.replicates),
@@ -322,9 +396,6 @@ impl Plan {
     fn know_few(&mut self, packed: &Packed, limits: &Limits) {
         let spec = &mut self.specialisation;
         let (triangles, spheres) = (spec.triangle_count, spec.sphere_count);
-        if triangles + spheres > abi::UNROLL_MAX {
-            return;
-        }
         let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat()).take(triangles as usize);
         let spheres =
             packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat()).take(spheres as usize);
@@ -350,19 +421,15 @@ impl Plan {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
     }
 
-    /// Whether the lanes of a subgroup can work together, and all is read as texels.
-    fn lanes_join(&self, limits: &Limits) -> bool {
-        is_full(self.specialisation.workgroup, limits) && self.specialisation.texels != 0
-    }
-
     /// The kernels that a frame runs.
     pub fn kernels(&self) -> Vec<Kernel> {
         let runs = |p: &&passes::Pass| match p.when {
             When::Always | When::PerLights => true,
             When::NotLast => self.last_depth > 1,
-            When::Branching => self.specialisation.branching != 0,
+            When::Branching => self.specialisation.branching != 0 && self.last_depth > 1,
         };
-        passes::all().filter(runs).map(|p| p.kernel).collect()
+        let fused = self.specialisation.fused != 0;
+        passes::all().filter(|p| p.is_of(fused)).filter(runs).map(|p| p.kernel).collect()
     }
 
     /// Device bytes in all.
@@ -388,13 +455,16 @@ fn may_join(settings: &Settings, limits: &Limits) -> bool {
 
 /// Whether a small scene's shapes become constants, where the lanes of a subgroup can work together.
 fn knows_shapes(settings: &Settings, limits: &Limits, survey: bool) -> bool {
+    let loaded = settings.schedule.general.has(Feature::LoadedShapes);
+    let repaid = samples(settings, survey) >= KNOWN_SAMPLES && limits.is_cpu && !loaded;
+    settings.schedule.constants.unwrap_or(repaid)
+}
+
+/// Samples of the picture. A survey does not say how many it will be asked for: as many as a picture takes.
+fn samples(settings: &Settings, survey: bool) -> u64 {
     let [x0, y0, x1, y1] = settings.region();
     let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
-    // A survey does not say how many samples it will be asked for: as many as a picture takes.
-    let samples = pixels.saturating_mul(if survey { 16 } else { settings.samples.into() });
-    let repaid =
-        samples >= KNOWN_SAMPLES && limits.is_cpu && !settings.schedule.general.has(Feature::LoadedShapes);
-    settings.schedule.constants.unwrap_or(repaid)
+    pixels.saturating_mul(if survey { 16 } else { settings.samples.into() })
 }
 
 /// Whether kernels read texels where views reach far enough.

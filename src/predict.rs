@@ -190,6 +190,13 @@ impl Model {
         if last > 1 && self.rays.len() == 1 {
             return Err(Unpredictable("a render of depth 1 says nothing of deeper rays".into()));
         }
+        let other = if plan.specialisation.fused != 0 { Kernel::Intersect } else { Kernel::Trace };
+        if self.cost.keys().any(|(kernel, _)| *kernel == other) {
+            return Err(Unpredictable(format!(
+                "what was timed ran `{}`, which this render would not; a trial tells of its kernels",
+                other.name()
+            )));
+        }
         let mut by_depth: Vec<DepthForecast> = Vec::new();
         let (mut device, mut unseen) = (0.0, 0.0);
         for pass in passes::all().filter(|p| kernels.contains(&p.kernel)) {
@@ -197,6 +204,7 @@ impl Model {
             let depths = match (deep, pass.when) {
                 (false, _) => 0..=0,
                 (true, When::NotLast) => 1..=last - 1,
+                (true, When::Branching) => 2..=last,
                 (true, _) => 1..=last,
             };
             let launches = if pass.when == When::PerLights { groups } else { 1 };

@@ -1,15 +1,23 @@
 use super::*;
+use crate::general::{Feature, General};
 use crate::plan::{Limits, pack_for};
 use crate::report::DepthInfo;
 use crate::scene;
 use crate::settings::Settings;
 use std::path::Path;
 
-/// The plan of a scene's kernels at a depth.
+/// The plan of a scene's kernels at a depth, one for each stage, as the rows below were recorded.
 fn plan(name: &str, depth: u32) -> Plan {
+    planned(name, depth, General::default().with(Feature::SplitKernels))
+}
+
+fn planned(name: &str, depth: u32, general: General) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = scene::load(&path).expect("a scene");
-    let settings = Settings { depth, ..Settings::of(&scene) };
+    let mut settings = Settings { depth, ..Settings::of(&scene) };
+    settings.schedule.general = general;
+    // Shapes as constants, so that the lanes work together and kernels are fused where they may be.
+    settings.schedule.constants = Some(true);
     Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }
 
@@ -175,6 +183,21 @@ fn what_cannot_be_known_is_said() {
     // Where light ends at depth 1, that is all there is to know.
     let ends = plan("many_lights.toml", 9);
     assert!(model.predict(&Work { plan: &ends, pixels: 1, samples: 1, batches: 1 }).is_ok());
+}
+
+/// Rows of split kernels say nothing of one for all stages.
+#[test]
+fn other_kernels_are_refused() {
+    let model = Model::of_report(&report(GLASS, 3, GLASS_RAYS)).unwrap();
+    let (split, fused) =
+        (plan("cornell_glass.toml", 3), planned("cornell_glass.toml", 3, General::default()));
+    assert!(fused.specialisation.fused == 1 && split.specialisation.fused == 0);
+    let work = |plan| Work { plan, pixels: 1, samples: 1, batches: 1 };
+    let error = model.predict(&work(&fused)).unwrap_err().to_string();
+    assert!(error.contains("`intersect`"), "{error}");
+    assert!(model.predict(&work(&split)).is_ok());
+    let trace = Model::of_report(&report(&[("trace", 1, 1000.0)], 1, GLASS_RAYS)).unwrap();
+    assert!(trace.predict(&work(&split)).is_err() && trace.predict(&work(&fused)).is_ok());
 }
 
 /// A wide spread widens the range; no spread leaves the pace.

@@ -243,8 +243,9 @@ impl Prepared {
         let width = rays.clamp(1, BATCH) as u32;
         let mut settings =
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
-        // Children are asked for even where there can be none.
-        settings.schedule.general = settings.schedule.general.with(Feature::Secondary);
+        // Children are asked for even where there can be none; what is between the stages is read.
+        settings.schedule.general =
+            settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
         let packed = pack(scene, &settings, plan::brute_force_max(forced, &settings, limits, false));
         let plan = Plan::new(&packed, &settings, limits)?;
         Ok(Prepared { settings, packed, plan })

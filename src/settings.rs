@@ -181,7 +181,7 @@ pub struct Schedule {
     pub capacity: Option<u32>,
     /// How much work goes into the hierarchy.
     pub hierarchy: Hierarchy,
-    /// A small scene's shapes as constants of the kernels, which are then compiled for it alone.
+    /// Kernels as for a long render: fused, and with a small scene's shapes as constants, so compiled for it alone.
     pub constants: Option<bool>,
     /// Features that kernels have although the scene lacks them.
     pub general: General,

@@ -42,7 +42,7 @@ enum Place {
 
 fn place(buffer: Buf) -> Place {
     match buffer {
-        Buf::Rays | Buf::Media | Buf::Hits | Buf::Surfaces | Buf::Contributions => Place::Ray,
+        Buf::Rays | Buf::Media | Buf::Hits | Buf::Surfaces | Buf::Places | Buf::Contributions => Place::Ray,
         Buf::NextRays | Buf::NextMedia => Place::Child,
         Buf::Slots | Buf::Paths => Place::Sample,
         Buf::Film | Buf::Marks | Buf::Pixels => Place::Pixel,
@@ -55,7 +55,11 @@ pub fn of(pass: &Pass, plan: &Plan, precision: Precision) -> Traffic {
     let mut traffic = Traffic::default();
     for buffer in pass.reads.iter().chain(pass.writes) {
         let bytes = element(*buffer, plan, precision) * u64::from(moved(pass, *buffer, plan));
-        match (place(*buffer), pass.size) {
+        let place = match (pass.kernel, buffer) {
+            (Kernel::Place, Buf::Places) => Place::Child,
+            _ => place(*buffer),
+        };
+        match (place, pass.size) {
             (Place::Shared, _) | (_, Size::One) => {}
             (Place::Child, _) => traffic.per_child += bytes,
             (Place::Sample, Size::Pixels) => traffic.per_sample += bytes,
@@ -83,8 +87,9 @@ fn moved(pass: &Pass, buffer: Buf, plan: &Plan) -> bool {
     let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
     match (pass.kernel, buffer) {
         (_, Buf::Paths | Buf::Marks | Buf::Pixels) => plan.specialisation.survey != 0,
-        (Kernel::Shadow, Buf::Slots) => !branching,
+        (Kernel::Shadow | Kernel::Trace, Buf::Slots) => !branching,
         (Kernel::Shadow, Buf::Contributions) => branching || groups > 1,
+        (Kernel::Trace, Buf::Contributions) => branching,
         _ => true,
     }
 }
@@ -113,6 +118,7 @@ mod tests {
             is_cpu: false,
             texel_elements: 1 << 27,
             shuffle_lanes: 8,
+            storage_buffers: 16,
         };
         Plan::new(&pack_for(&scene, &settings, &limits), &settings, &limits).unwrap()
     }
@@ -151,8 +157,8 @@ mod tests {
         let plain = |kernel| row(kernel, "cornell.toml", Precision::Robust);
         assert_eq!(glass(Kernel::Shade).per_item - plain(Kernel::Shade).per_item, 4 * solids);
         assert_eq!(glass(Kernel::Spawn).per_child - plain(Kernel::Spawn).per_child, 4 * solids);
-        // Contributions instead of slots, read and written: both are one vec3.
-        assert_eq!(glass(Kernel::Shadow).per_item, plain(Kernel::Shadow).per_item);
+        // Contributions instead of slots, read and written: they say besides whose they are.
+        assert_eq!(glass(Kernel::Shadow).per_item, plain(Kernel::Shadow).per_item + 2 * 4);
     }
 
     /// A buffer that grows with the samples of a batch or the pixels of a tile has elements per ray, sample or pixel.

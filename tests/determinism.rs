@@ -51,8 +51,11 @@ fn tiles_batches_and_groups_change_no_bit() {
         }
         with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..none });
         with(none);
-        // Shapes as constants of the kernels, where there are few.
-        with(Schedule { constants: Some(true), ..none });
+        // Fused kernels, and shapes as their constants, where there are few.
+        let long = Schedule { constants: Some(true), ..none };
+        with(long);
+        with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..long });
+        with(Schedule { tile_pixels: Some(100), workgroup: Some(256), ..long });
         // Rays of a subgroup apart, where a hierarchy is walked.
         with(Schedule { general: General::default().with(Feature::LoneRays), ..none });
         let mut other = settings.clone();
@@ -94,10 +97,14 @@ fn a_queue_too_small_costs_no_bit() {
     let (_, scene) = subjects().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
     let settings = small(&scene, 40, 4, 2);
     let roomy = render(&mut renderer, &scene, &settings);
-    for (tile_pixels, batch_samples) in [(400, 4), (200, 1), (60, 3)] {
+    // The kernels of short renders, and of long ones.
+    for (tile_pixels, batch_samples, constants) in
+        [(400, 4, None), (200, 1, None), (60, 3, None), (400, 4, Some(true)), (60, 3, Some(true))]
+    {
         let schedule = Schedule {
             tile_pixels: Some(tile_pixels),
             batch_samples: Some(batch_samples),
+            constants,
             ..Schedule::default()
         };
         let fits = render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() });

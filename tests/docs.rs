@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use whitted::abi::{self, Buf};
 use whitted::cli::Cli;
 use whitted::kernels::KERNELS;
-use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, When};
+use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
 use whitted::plan::element_bytes;
 use whitted::settings::Precision;
 
@@ -82,11 +82,17 @@ fn the_pass_table_is_the_codes() {
                 When::Always => "",
                 When::NotLast => ", but not the last",
                 When::PerLights => ", for each group of lights",
-                When::Branching => ", where rays branch",
+                When::Branching => ", from 2 on, where rays branch",
+            };
+            let way = match p.way {
+                Way::Both => "",
+                Way::Split => "; split",
+                Way::Fused => "; fused",
             };
             let (name, what) = (p.kernel.name(), purpose(p.kernel.name()));
             let (reads, writes) = (list(p.reads), list(p.writes));
-            writeln!(table, "| `{name}` | {what} | {reads} | {writes} | {on} | {place}{when} |").unwrap();
+            writeln!(table, "| `{name}` | {what} | {reads} | {writes} | {on} | {place}{when}{way} |")
+                .unwrap();
         }
     };
     rows(PROLOGUE, "once per batch, first");
@@ -131,10 +137,14 @@ fn the_buffer_table_is_the_codes() {
     writeln!(
         table,
         "\nA place in a queue takes {} bytes ({} in f64), 8 more for each solid that a ray can be in, {} more where rays branch or\n\
-         lights come in groups. A sample of a batch takes {} bytes, a pixel of a tile {}.",
+         lights come in groups. Where kernels are fused it takes {} bytes and 8 more for each solid; where rays branch {}, and twice as much\n\
+         for solids. A sample of a batch takes {} bytes, a pixel of a tile {}.",
         place(&bytes),
         place(&double),
-        bytes("vec3"),
+        bytes("Contribution"),
+        // Rays of this depth and of the next, at a ray's own places, and where they are.
+        2 * bytes("Ray") + bytes("uint"),
+        2 * 2 * bytes("Ray") + bytes("uint") + bytes("Contribution"),
         bytes("vec3"),
         bytes("Film")
     )

@@ -7,6 +7,7 @@
 mod common;
 
 use common::{render, renderer, scenes, small};
+use whitted::abi::Specialisation;
 use whitted::cpu::twin;
 use whitted::defect::Defect;
 use whitted::general::{Feature, General};
@@ -32,7 +33,7 @@ fn tiny(scene: &Scene) -> Settings {
 fn general_kernels_change_no_bit() {
     let mut renderer = renderer();
     let limits = renderer.device().limits();
-    let (mut known, mut alone) = (0, Vec::new());
+    let (mut known, mut trees, mut alone) = (0, 0, Vec::new());
     for (name, scene) in scenes() {
         let settings = tiny(&scene);
         let plan = |s: &Settings| Plan::new(&pack_for(&scene, s, &limits), s, &limits).unwrap();
@@ -44,11 +45,13 @@ fn general_kernels_change_no_bit() {
         let rays = |r: &whitted::report::RayInfo| (r.primary, r.reflection, r.refraction);
         assert_eq!(rays(&own.report.rays), rays(&all.report.rays), "{name}");
 
-        // Shapes as constants, on top of all else that is specialised.
+        // Kernels as for a long render, on top of all else that is specialised: fused, and shapes as constants.
         let schedule = Schedule { constants: Some(true), ..settings.schedule };
         let constants = Settings { schedule, ..settings.clone() };
-        if plan(&constants).specialisation.few_known != 0 {
-            known += 1;
+        let Specialisation { few_known, fused, .. } = plan(&constants).specialisation;
+        if few_known + fused != 0 {
+            known += few_known;
+            trees += u32::from(few_known == 0);
             let few = render(&mut renderer, &scene, &constants);
             assert_eq!(differing(&own.linear, &few.linear), 0, "{name}");
         }
@@ -68,10 +71,13 @@ fn general_kernels_change_no_bit() {
             }
         }
     }
-    assert!(known >= 3, "only {known} scenes have few shapes");
+    assert!(
+        known >= 3 && trees >= 1,
+        "only {known} scenes have few shapes, {trees} fused kernels and a hierarchy"
+    );
     // No scene is without triangles; constants were tried above.
     let untried: Vec<_> = Feature::ALL.iter().filter(|f| !alone.contains(*f)).collect();
-    assert_eq!(untried, [&Feature::Triangles, &Feature::LoadedShapes]);
+    assert_eq!(untried, [&Feature::Triangles, &Feature::SplitKernels, &Feature::LoadedShapes]);
 }
 
 /// The image by the kernels' twins.

@@ -15,8 +15,9 @@ use common::{Bench, Rng, assert_same, device, differences, queue_of, spoil};
 use state::{State, variants};
 use std::rc::Rc;
 use whitted::abi::{
-    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, DEFECT_MOELLER_TRUMBORE,
-    DEFECT_NAIVE_QUADRATIC, DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE, Film, NONE, Push, Specialisation,
+    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, Contribution,
+    DEFECT_MOELLER_TRUMBORE, DEFECT_NAIVE_QUADRATIC, DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE,
+    FRESNEL_CONSTANT, Film, NONE, Push, Specialisation,
 };
 use whitted::cpu::twin::single::Memory;
 use whitted::kernels::Kernel;
@@ -48,7 +49,7 @@ fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &Sta
     for ((name, variant), lanes) in variants().into_iter().flat_map(|v| lanes.map(|l| (v, l))) {
         let with_lanes = |mut state: State| {
             if lanes != 0 {
-                (state.spec.lanes, state.spec.texels) = (lanes, 1);
+                (state.spec.lanes, state.spec.texels, state.spec.fused) = (lanes, 1, 1);
             }
             state
         };
@@ -118,10 +119,8 @@ fn packets_read_compressed_nodes() {
     assert!(hits(&found) < hits(&twin), "{} of {}", hits(&found), hits(&twin));
 }
 
-/// The shapes as constants of the kernel: one compilation each, so one state.
-#[test]
-fn intersect_known_shapes() {
-    let device: Rc<Device> = device();
+/// A state whose shapes are constants of the kernels: one compilation each.
+fn known_shapes(device: &Device) -> State {
     let mut state = State::new(variants()[0].1, 4);
     let m = &state.memory;
     let corners = m.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
@@ -131,8 +130,15 @@ fn intersect_known_shapes() {
     {
         row.iter_mut().zip(numbers).for_each(|(word, x)| *word = x.to_bits());
     }
-    state.spec.few_known = 1;
+    (state.spec.few_known, state.spec.fused, state.spec.texels) = (1, 1, 1);
     state.spec.lanes = device.limits().shuffle_lanes;
+    state
+}
+
+#[test]
+fn intersect_known_shapes() {
+    let device: Rc<Device> = device();
+    let state = known_shapes(&device);
     let mut bench = Bench::new(&device, &state.spec, &state.memory);
     let twin = check(&mut bench, &state, &state.memory, Kernel::Intersect, &state.push(), "known shapes");
     assert!(twin.hits[..state.count()].iter().any(|h| h.primitive != NONE));
@@ -160,32 +166,50 @@ fn scan() {
     each_state(0..1, |bench, state, rng, what| {
         for case in 0..40 {
             let mut memory = state.memory.clone();
-            let most = memory.totals.len() as u32 * state.spec.workgroup;
+            let Specialisation { workgroup, lanes, fused, .. } = state.spec;
+            let most = memory.totals.len() as u32 * if fused == 0 { workgroup } else { lanes };
             // Also none, one, and one more than fills groups, runs and rows.
             let count = match case {
                 0..6 => {
                     [0, 1, state.spec.workgroup, state.spec.workgroup + 1, 128 * state.spec.workgroup, most]
                         [case]
+                        .min(most)
                 }
                 _ => rng.below(most + 1),
             };
             memory.queue[0] = queue_of(count, state.spec.workgroup);
             let limit = state.spec.workgroup + 1;
-            memory.totals.iter_mut().for_each(|t| *t = rng.below(limit) << 16 | rng.below(limit));
+            memory.totals.iter_mut().for_each(|t| {
+                *t = match fused {
+                    0 => rng.below(limit) << 16 | rng.below(limit),
+                    // A bit for each lane's reflection ray and for its refraction ray.
+                    _ => rng.below(1 << lanes) << 16 | rng.below(1 << lanes),
+                }
+            });
             memory.depth_counts.iter_mut().for_each(|d| d.traced = rng.below(100));
             let capacity = if case % 3 == 0 { rng.below(2 * count + 2) } else { u32::MAX };
             let push = Push { capacity, ..state.push() };
             let twin = check(bench, state, &memory, Kernel::Scan, &push, &format!("{what}, case {case}"));
             let overflow = twin.counters[COUNTER_QUEUE_OVERFLOW as usize];
-            assert_eq!(overflow == 1, twin.next_queue[0].count == 0 && sum(&twin) > capacity, "{what}");
+            assert_eq!(
+                overflow == 1,
+                twin.next_queue[0].count == 0 && sum(&twin, &state.spec) > capacity,
+                "{what}"
+            );
         }
     });
 }
 
 /// Children of the whole queue.
-fn sum(memory: &Memory) -> u32 {
+fn sum(memory: &Memory, spec: &Specialisation) -> u32 {
     let groups = memory.offsets.iter().take_while(|o| **o != whitted::cpu::twin::single::POISON).count();
-    memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum()
+    match spec.fused {
+        0 => memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum(),
+        _ => {
+            let words = groups * (spec.workgroup / spec.lanes) as usize;
+            memory.totals[..words].iter().map(|t| t.count_ones()).sum()
+        }
+    }
 }
 
 #[test]
@@ -229,6 +253,52 @@ fn shadow() {
     assert!(clamped > 0, "no light touches a surface");
 }
 
+/// `trace` and what places its children, at depth 1 and behind places of any order; gives the children.
+fn check_fused(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) -> u32 {
+    let mut children = 0;
+    for depth in [1, 2] {
+        let mut memory = state.hit();
+        memory.run(Kernel::Shade, &state.spec, &state.push());
+        state.place_lights(&mut memory, rng);
+        let mut memory = Memory { lights: memory.lights, ..state.memory.clone() };
+        if state.spec.branching == 0 {
+            // Mirrors: a ray has one child at most.
+            memory.materials.iter_mut().for_each(|m| (m.fresnel_kind, m.fresnel) = (FRESNEL_CONSTANT, 1.0));
+        }
+        for i in 0..state.count() {
+            memory.places[i] = i as u32;
+            memory.places.swap(i, rng.below(i as u32 + 1) as usize);
+        }
+        let push = Push { depth, last_depth: 3, ..state.lights(0, state.spec.light_count) };
+        let what = format!("{what}, depth {depth}");
+        let mut twin = check(bench, state, &memory, Kernel::Trace, &push, &what);
+        assert!(twin.depth_counts[depth as usize - 1].shadow > 100, "{what}");
+        twin.run(Kernel::Scan, &state.spec, &push);
+        children += twin.next_queue[0].count;
+        check(bench, state, &twin, Kernel::Place, &push, &what);
+    }
+    children
+}
+
+#[test]
+fn trace_and_place() {
+    let mut children = 0;
+    each_state(0..4, |bench, state, rng, what| {
+        if state.spec.fused != 0 {
+            children += check_fused(bench, state, rng, what);
+        }
+    });
+    assert!(children > 1000, "only {children} children");
+}
+
+#[test]
+fn trace_known_shapes() {
+    let device: Rc<Device> = device();
+    let state = known_shapes(&device);
+    let mut bench = Bench::new(&device, &state.spec, &state.memory);
+    assert!(check_fused(&mut bench, &state, &mut Rng::new(7), "known shapes") > 100);
+}
+
 #[test]
 fn gather() {
     each_state(0..4, |bench, state, rng, what| {
@@ -236,9 +306,8 @@ fn gather() {
         let mut slot = 0;
         for i in 0..state.count() {
             slot += u32::from(rng.below(3) == 0);
-            memory.rays[i].slot = slot;
             let scale = rng.pick(&[1.0, 1e-30, 1e30, -1.0, 1e-40, 3e38, f32::INFINITY, f32::NAN, 0.0, -0.0]);
-            memory.contributions[i] = rng.vector().map(|c| c * scale);
+            memory.contributions[i] = Contribution { light: rng.vector().map(|c| c * scale), slot };
         }
         memory.slots.iter_mut().for_each(|s| *s = rng.vector());
         check(bench, state, &memory, Kernel::Gather, &state.push(), what);
@@ -273,7 +342,8 @@ fn one_flipped_bit_anywhere_is_seen() {
     memory.depth_counts.iter_mut().for_each(|d| d.shadow = 3);
     memory.film.iter_mut().for_each(|f| f.sum = [1.0; 3]);
     memory.self_test.fill(1.0);
-    memory.contributions.iter_mut().chain(&mut memory.slots).for_each(|s| *s = [1.0; 3]);
+    memory.contributions.fill(Contribution { light: [1.0; 3], slot: 1 });
+    memory.slots.fill([1.0; 3]);
     assert!(differences(&memory, &memory.clone()).is_empty());
     for (name, _, buffer) in BUFFERS {
         let mut other = memory.clone();

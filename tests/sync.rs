@@ -8,6 +8,7 @@ mod common;
 
 use common::{render, scenes, small};
 use whitted::abi::Buf;
+use whitted::general::{Feature, General};
 use whitted::kernels::Kernel;
 use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
@@ -21,30 +22,41 @@ fn validated() -> Renderer {
 fn every_scene_is_valid() {
     let mut renderer = validated();
     for (name, scene) in scenes() {
-        let schedule = Schedule { tile_pixels: Some(120), batch_samples: Some(1), ..Schedule::default() };
-        let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
-        render(&mut renderer, &scene, &settings);
-        let messages = renderer.validation_messages();
-        assert!(messages.is_empty(), "{name}: {}", messages.join("\n"));
+        // Shapes as constants: then kernels are fused without a hierarchy too.
+        for constants in [None, Some(true)] {
+            let schedule =
+                Schedule { tile_pixels: Some(120), batch_samples: Some(1), constants, ..Schedule::default() };
+            let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
+            render(&mut renderer, &scene, &settings);
+            let messages = renderer.validation_messages();
+            assert!(messages.is_empty(), "{name}: {}", messages.join("\n"));
+        }
     }
 }
 
 #[test]
 fn a_missing_barrier_is_reported() {
     let (_, scene) = scenes().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
+    let general = General::default().with(Feature::SplitKernels);
+    let split = Schedule { general, ..Schedule::default() };
+    // The scene is one of brute force, whose kernels are fused once its shapes are constants.
+    let fused = Schedule { constants: Some(true), ..Schedule::default() };
     // Each with the buffer that the pass after it reads too early. Not `spawn`: what it writes is read
     // a depth later, behind other barriers; and `resolve` is followed by the next batch alone.
-    for (kernel, buffer) in [
-        (Kernel::Generate, Buf::Rays),
-        (Kernel::Intersect, Buf::Hits),
-        (Kernel::Shade, Buf::Totals),
-        (Kernel::Scan, Buf::Counters),
-        (Kernel::Shadow, Buf::Contributions),
-        (Kernel::Gather, Buf::Slots),
+    for (kernel, buffer, schedule) in [
+        (Kernel::Generate, Buf::Rays, &split),
+        (Kernel::Intersect, Buf::Hits, &split),
+        (Kernel::Shade, Buf::Totals, &split),
+        (Kernel::Scan, Buf::Counters, &split),
+        (Kernel::Shadow, Buf::Contributions, &split),
+        (Kernel::Gather, Buf::Slots, &split),
+        (Kernel::Trace, Buf::Totals, &fused),
+        (Kernel::Place, Buf::Places, &fused),
     ] {
         let mut renderer = validated();
         renderer.omit_barrier_after(Some(kernel));
-        render(&mut renderer, &scene, &small(&scene, 8, 1, 0));
+        let settings = Settings { schedule: *schedule, ..small(&scene, 8, 1, 0) };
+        render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();
         let binding = format!("binding #{} ", buffer as u32);
         // Other messages are about the marker of the last pass, which has the same barrier.

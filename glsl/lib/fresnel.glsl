@@ -1,4 +1,6 @@
 // Shares of reflection at a surface between indices n1 (here) and n2 (beyond).
+#ifndef FRESNEL
+#define FRESNEL
 
 // What Snell's law scales by eta: the part of d along the surface; n on the ray's side, c = -n.d.
 real3 along_surface(real3 d, real3 n, real c) {
@@ -51,3 +53,4 @@ real3 refracted(real3 d, real3 n, real eta, real c) {
 real3 reflected(real3 d, real3 n, real c) {
     return safe_normalize(d + (2.0 * c) * n);
 }
+#endif

@@ -1,6 +1,8 @@
 // Position, normal and spawn offset of a hit.
 // Spawn offset (numerics.md, Spawn origins): bounds the rounding of the hit point, so that a neighbour
 // which the point lies on is not hit from behind; the primitive itself is skipped by identity.
+#ifndef SURFACE
+#define SURFACE
 
 struct Point {
     real3 position;
@@ -106,3 +108,4 @@ real3 spawn_origin(real3 position, real3 offset, real3 direction, float shift) {
     real3 p = position + o;
     return real3(nudge(p.x, o.x), nudge(p.y, o.y), nudge(p.z, o.z));
 }
+#endif

@@ -1,5 +1,5 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
-// spheres. Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(wide_spheres), FETCHES_7(nodes),
+// spheres. Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(wide_spheres), FETCHES_NODES,
 // UPDATES(counters).
 #include "numeric.glsl"
 #include "triangle.glsl"

@@ -46,8 +46,8 @@ pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
             form: form(p.kernel.code(), plan, settings),
             launches: match p.when {
                 When::Always if !per_depth(p.kernel) => 1,
-                When::Always | When::Branching => depths,
-                When::NotLast => depths - 1,
+                When::Always => depths,
+                When::NotLast | When::Branching => depths - 1,
                 When::PerLights => depths * lights,
             },
         })
@@ -109,6 +109,7 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
         ("texels", s.texels, Some(0), "loads through texel views".into()),
         ("loose_triangles", s.loose_triangles, Some(0), "few triangles: outside the hierarchy".into()),
         ("loose_spheres", s.loose_spheres, Some(0), "few spheres: outside the hierarchy".into()),
+        ("fused", s.fused, Some(0), "one kernel for the stages that work on a ray alone".into()),
         ("few_known", s.few_known, Some(0), "shapes are constants: no loads in their tests".into()),
     ];
     rows.into_iter().map(|(name, value, general, why)| Constant { name, value, general, why }).collect()

@@ -13,6 +13,7 @@ const SMALL: Limits = Limits {
     workgroup_invocations: 128,
     texel_elements: 1 << 16,
     shuffle_lanes: 32,
+    storage_buffers: 16,
     is_cpu: false,
 };
 

@@ -33,6 +33,7 @@ const TRANSIENT: &[Buf] = &[
     Buf::Surfaces,
     Buf::Totals,
     Buf::Offsets,
+    Buf::Places,
     Buf::Contributions,
     Buf::Slots,
     Buf::Paths,
@@ -313,7 +314,7 @@ impl Frame {
             depth: 0,
             last_depth,
             light_begin: 0,
-            light_end: 0,
+            light_end: self.lights,
             capacity: self.plan.capacity,
             items,
             cutoff: self.settings.cutoff,
@@ -332,11 +333,12 @@ impl Frame {
         }
         for depth in 1..=last_depth {
             let push = Push { depth, ..push };
-            for pass in PER_DEPTH {
+            let fused = self.plan.specialisation.fused != 0;
+            for pass in PER_DEPTH.iter().filter(|p| p.is_of(fused)) {
                 match pass.when {
                     When::Always => self.dispatch(pass, depth, push, 0),
                     When::NotLast if depth < last_depth => self.dispatch(pass, depth, push, 0),
-                    When::Branching if self.plan.specialisation.branching != 0 => {
+                    When::Branching if depth > 1 && self.plan.specialisation.branching != 0 => {
                         self.dispatch(pass, depth, push, 0);
                     }
                     When::PerLights => {

@@ -214,6 +214,9 @@ impl Candidate {
                 .min(limits.max_compute_work_group_size[0]),
             texel_elements: limits.max_texel_buffer_elements,
             shuffle_lanes: if self.shuffles { self.subgroup_size } else { 0 },
+            storage_buffers: limits
+                .max_per_stage_descriptor_storage_buffers
+                .min(limits.max_descriptor_set_storage_buffers),
             is_cpu: self.properties.device_type == vk::PhysicalDeviceType::CPU,
         }
     }

@@ -150,7 +150,7 @@ impl State {
         };
         let length = |buffer| match buffer {
             Buf::Media | Buf::NextMedia => (2 * RAYS * v.media) as usize,
-            Buf::Totals | Buf::Offsets => 700,
+            Buf::Totals | Buf::Offsets => 4224,
             Buf::DepthCounts => 4,
             Buf::Counters => COUNTERS as usize,
             Buf::EyeMedia => v.media as usize,
@@ -246,7 +246,7 @@ impl State {
         m.lights[1].position = half.into();
         m.lights[2].position = rng.vector().map(|c| c * 1e12);
         for c in m.contributions.iter_mut() {
-            *c = rng.vector();
+            c.light = rng.vector();
         }
     }
 }

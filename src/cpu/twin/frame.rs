@@ -102,6 +102,7 @@ fn batch(
         samples: settings.samples,
         seed: settings.seed,
         last_depth,
+        light_end: spec.light_count,
         capacity: plan.capacity,
         items,
         cutoff: settings.cutoff,
@@ -120,11 +121,11 @@ fn batch(
     }
     for depth in 1..=last_depth {
         let push = Push { depth, ..push };
-        for pass in PER_DEPTH {
+        for pass in PER_DEPTH.iter().filter(|p| p.is_of(spec.fused != 0)) {
             match pass.when {
                 When::Always => memory.run(pass.kernel, spec, &push),
                 When::NotLast if depth < last_depth => memory.run(pass.kernel, spec, &push),
-                When::Branching if spec.branching != 0 => memory.run(pass.kernel, spec, &push),
+                When::Branching if depth > 1 && spec.branching != 0 => memory.run(pass.kernel, spec, &push),
                 When::PerLights => {
                     let mut begin = 0;
                     loop {

@@ -2,27 +2,21 @@
 
 use super::lib::numeric::neumaier;
 use super::real::Vec3;
-use super::structs::{Queue, Ray};
+use super::structs::{Contribution, Queue};
 use crate::abi::{COUNTER_LOOP_CAP, LOOP_CAP};
 
 /// Adds the contributions of all rays of one sample at this depth to the sample.
-pub fn gather(
-    rays: &[Ray],
-    queue: &[Queue],
-    contributions: &[[f32; 3]],
-    slots: &mut [[f32; 3]],
-    counters: &mut [u32],
-) {
+pub fn gather(queue: &[Queue], contributions: &[Contribution], slots: &mut [[f32; 3]], counters: &mut [u32]) {
     let count = queue[0].count as usize;
     for i in 0..count {
-        let slot = rays[i].slot;
-        if i > 0 && rays[i - 1].slot == slot {
+        let slot = contributions[i].slot;
+        if i > 0 && contributions[i - 1].slot == slot {
             continue;
         }
-        let (mut sum, mut compensation) = (Vec3::from(contributions[i]), Vec3::ZERO);
+        let (mut sum, mut compensation) = (Vec3::from(contributions[i].light), Vec3::ZERO);
         let mut j = i + 1;
-        while j < count && j - i < LOOP_CAP as usize && rays[j].slot == slot {
-            neumaier(&mut sum, &mut compensation, contributions[j].into());
+        while j < count && j - i < LOOP_CAP as usize && contributions[j].slot == slot {
+            neumaier(&mut sum, &mut compensation, contributions[j].light.into());
             j += 1;
         }
         if j - i == LOOP_CAP as usize {

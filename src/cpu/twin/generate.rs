@@ -53,7 +53,6 @@ pub fn generate(
     pixels: &[u32],
     rays: &mut [Ray],
     media: &mut [u32],
-    slots: &mut [[f32; 3]],
     paths: &mut [Path],
 ) {
     let capacity = spec.media_capacity as usize;
@@ -62,7 +61,6 @@ pub fn generate(
         let slot = (item - at + in_blocks(spec, push, at)) as usize;
         let item = item as usize;
         rays[item] = primary_ray(spec, push, &camera[0], pixels, slot as u32);
-        slots[slot] = [0.0; 3];
         if spec.survey != 0 {
             paths[slot] = Path::default();
         }

@@ -2,11 +2,11 @@
 
 use super::real::Real;
 use super::structs::{
-    Camera, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node, Path, Push, Queue,
-    Ray, Sphere, Surface, Triangle, WideSphere,
+    Camera, Contribution, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node,
+    Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
 };
 use super::{PRECISION, from_host};
-use super::{gather, generate, intersect, resolve, scan, shade, shadow, spawn};
+use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
 use crate::abi::double::Camera as HostCamera;
 use crate::abi::{BUFFERS, Buf, Specialisation};
 use crate::kernels::Kernel;
@@ -57,7 +57,8 @@ memory! {
     surfaces / Surfaces: Surface;
     totals / Totals: u32;
     offsets / Offsets: u32;
-    contributions / Contributions: [f32; 3];
+    places / Places: u32;
+    contributions / Contributions: Contribution;
     slots / Slots: [f32; 3];
     paths / Paths: Path;
     film / Film: Film;
@@ -107,7 +108,6 @@ impl Memory {
                 &m.pixels,
                 &mut m.rays,
                 &mut m.media,
-                &mut m.slots,
                 &mut m.paths,
             ),
             Kernel::Intersect => intersect::intersect(
@@ -184,10 +184,40 @@ impl Memory {
                 &mut m.counters,
             ),
             Kernel::Gather => {
-                gather::gather(&m.rays, &m.queue, &m.contributions, &mut m.slots, &mut m.counters);
+                gather::gather(&m.queue, &m.contributions, &mut m.slots, &mut m.counters);
             }
             // No part of a frame: `crate::selftest` judges what it writes.
             Kernel::Selftest => {}
+            Kernel::Trace => trace::trace(
+                spec,
+                push,
+                &m.camera,
+                &m.triangles,
+                &m.flat_normals,
+                &m.corner_normals,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.nodes,
+                &m.materials,
+                &m.lights,
+                &m.solid_iors,
+                &m.solid_priorities,
+                &m.rays,
+                &mut m.next_rays,
+                &m.media,
+                &mut m.next_media,
+                &m.queue,
+                &mut m.totals,
+                &m.places,
+                &mut m.contributions,
+                &mut m.slots,
+                &mut m.paths,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Place => {
+                place::place(spec, &m.queue, &m.next_queue, &m.totals, &m.offsets, &mut m.places)
+            }
             Kernel::Resolve => {
                 resolve::resolve(spec, push, &m.slots, &m.paths, &mut m.film, &mut m.marks);
             }

@@ -16,10 +16,18 @@ pub fn scan(
 ) {
     let groups = queue[0].count.div_ceil(spec.workgroup) as usize;
     let (mut l, mut r) = (0, 0);
+    let masks = if spec.fused == 0 { 0 } else { (spec.workgroup / spec.lanes) as usize };
+    let children = |g: usize| match masks {
+        0 => (totals[g] >> 16, totals[g] & 0xffff),
+        _ => totals[g * masks..(g + 1) * masks]
+            .iter()
+            .fold((0, 0), |(l, r), mask| (l + (mask & 0xffff).count_ones(), r + (mask >> 16).count_ones())),
+    };
     for g in 0..groups {
         offsets[g] = l + r;
-        l += totals[g] >> 16;
-        r += totals[g] & 0xffff;
+        let (reflections, refractions) = children(g);
+        l += reflections;
+        r += refractions;
     }
     let mut count = l + r;
     if count > push.capacity {

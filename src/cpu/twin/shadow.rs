@@ -1,53 +1,12 @@
 //! Twin of `glsl/shadow.comp`.
 
-use super::lib::numeric::{dot3, max_component};
-use super::lib::surface::spawn_origin;
-use super::lib::trace::{Shapes, make_trace_ray};
-use super::real::{Real, Real3, U, Vec3, float};
+use super::lib::light::Lit;
+use super::lib::trace::Shapes;
 use super::structs::{
-    Camera, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
+    Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface,
+    Triangle, WideSphere,
 };
-use crate::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, Specialisation};
-use crate::sampler::pcg4d;
-
-fn before_light(light: Real3, segment: Real3) -> Real {
-    let m = max_component(light);
-    let share = (64.0 * U) * if m > 1.0 { m } else { 1.0 } / max_component(segment);
-    if share < 0.5 { 1.0 - share } else { 0.5 }
-}
-
-fn direct_light(
-    shapes: &Shapes<'_>,
-    light: &Light,
-    s: &Surface,
-    shift: f32,
-    shadow_rays: &mut u32,
-    counters: &mut [u32],
-) -> Vec3 {
-    let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
-    let fixed = shapes.spec.origin_fixed != 0;
-    let target = Real3::from(light.position);
-    let to_light = target - position;
-    let along = dot3(to_light, normal);
-    if !(along > 0.0 && dot3(to_light, offset) > 0.0) {
-        return Vec3::ZERO;
-    }
-    *shadow_rays += 1;
-    let mut squared = dot3(to_light, to_light);
-    let least_squared = dot3(offset, offset);
-    if squared < least_squared {
-        counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
-        squared = least_squared;
-    }
-    let away = if fixed { to_light / squared.sqrt() } else { offset };
-    let origin = spawn_origin(position, offset, away, fixed, shift);
-    let segment = target - origin;
-    let r = make_trace_ray(origin, segment, if fixed { NONE } else { s.primitive });
-    if shapes.closest_hit(&r, before_light(target, segment), true, counters).primitive != NONE {
-        return Vec3::ZERO;
-    }
-    Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared)
-}
+use crate::abi::{NONE, Specialisation};
 
 /// Own colour of every struck surface.
 pub fn shadow(
@@ -63,53 +22,19 @@ pub fn shadow(
     rays: &[Ray],
     queue: &[Queue],
     surfaces: &[Surface],
-    contributions: &mut [[f32; 3]],
+    contributions: &mut [Contribution],
     slots: &mut [[f32; 3]],
     paths: &mut [Path],
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
     let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
-    let lights = &lights[push.light_begin as usize..push.light_end as usize];
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
+    let camera = &camera[0];
+    let mut lit = Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
     for i in 0..queue[0].count as usize {
         let s = &surfaces[i];
-        let hit = s.primitive != NONE;
-        let m = &materials[if hit { s.material as usize } else { 0 }];
-        let diffuse = Vec3::from(m.diffuse);
-        let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
-        let (mut shadow_rays, mut seen) = (0, 0u32);
-        let mut light = if first { Vec3::ZERO } else { contributions[i].into() };
-        if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
-            for source in lights {
-                let more =
-                    direct_light(&shapes, source, s, camera[0].origin_shift, &mut shadow_rays, counters);
-                light += more;
-                seen = seen << 1 | u32::from(!(more.x == 0.0 && more.y == 0.0 && more.z == 0.0));
-            }
-            depth_counts[push.depth as usize - 1].shadow += shadow_rays;
-        }
-        if spec.survey != 0 {
-            let kind = if hit { s.flags & ((1 << PREFIX_SHIFT) - 1) } else { 0 };
-            let hash = pcg4d([s.primitive, kind, push.depth, push.light_begin << 8 | seen])[0];
-            let path = &mut paths[rays[i].slot as usize];
-            path.hash = path.hash.wrapping_add(hash);
-            path.rays += shadow_rays + u32::from(first);
-            path.depth = path.depth.max(push.depth);
-        }
-        if !last {
-            contributions[i] = light.into();
-            continue;
-        }
-        let c = &camera[0];
-        let background = Vec3::new(c.background_r, c.background_g, c.background_b);
-        let color = if hit { own * (diffuse * (Vec3::splat(m.ambient) + light)) } else { background };
-        let weighted = Vec3::from(rays[i].throughput) * color;
-        if spec.branching != 0 {
-            contributions[i] = weighted.into();
-        } else {
-            let slot = &mut slots[rays[i].slot as usize];
-            *slot = (Vec3::from(*slot) + weighted).into();
-        }
+        let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];
+        lit.light_up(i, &rays[i], s, m, first, last);
     }
 }

@@ -12,6 +12,8 @@ pub mod intersect;
 pub mod lib;
 #[path = "memory.rs"]
 pub mod memory;
+#[path = "place.rs"]
+pub mod place;
 #[path = "resolve.rs"]
 pub mod resolve;
 #[path = "scan.rs"]
@@ -22,6 +24,8 @@ pub mod shade;
 pub mod shadow;
 #[path = "spawn.rs"]
 pub mod spawn;
+#[path = "trace.rs"]
+pub mod trace;
 #[path = "real_f32.rs"]
 pub mod real;
 #[path = "words.rs"]
