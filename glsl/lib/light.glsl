@@ -13,10 +13,10 @@ real before_light(real3 light, real3 segment) {
     return share < 0.5 ? 1.0 - share : real(0.5);
 }
 
-// Light through light `l`, if nothing is between: intensity * cos / distance^2. On a software
+// Light through `light`, if nothing is between: intensity * cos / distance^2. On a software
 // device no branch around the tests: loads outside control flow are cheaper (trace.glsl), and packets are whole.
-vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
-    real3 to_light = lights[l].position - s.position;
+vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_rays) {
+    real3 to_light = light.position - s.position;
     real along = dot3(to_light, s.normal);
     bool faces = lit_at_all && along > 0.0 && dot3(to_light, s.offset) > 0.0;
     real squared = dot3(to_light, to_light);
@@ -29,14 +29,14 @@ vec3 direct_light(Surface s, bool lit_at_all, uint l, inout uint shadow_rays) {
     real3 away = origin_fixed != 0u ? to_light / sqrt(squared) : s.offset;
     // What faces no light has no ray; any finite one stands in for it.
     real3 origin = faces ? spawn_origin(s.position, s.offset, away, camera[0].origin_shift) : real3(0.0);
-    real3 direction = faces ? lights[l].position - origin : real3(1.0);
+    real3 direction = faces ? light.position - origin : real3(1.0);
     // The whole segment is one unit of t: occluders lie strictly between (numerics.md, Spawn origins).
     TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
-    real limit = faces ? before_light(lights[l].position, direction) : real(0.0);
+    real limit = faces ? before_light(light.position, direction) : real(0.0);
     if ((!by_tree && texels != 0u) || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;
     shadow_rays += faces ? 1u : 0u;
-    return faces && !blocked ? lights[l].intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
+    return faces && !blocked ? light.intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
 
 // Own colour of surface `s`, of material `m`, that ray `i` struck, by the lights [light_begin, light_end) of the push
@@ -49,17 +49,18 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     bool lit_at_all = mine && own > 0.0 && (m.diffuse.x > 0.0 || m.diffuse.y > 0.0 || m.diffuse.z > 0.0);
     vec3 light = first ? vec3(0.0) : contributions[i].light;
     uint shadow_rays = 0u, seen = 0u;
-    if (by_tree || (fused != 0u && light_count > 1u)) {
-        for (uint l = push.light_begin; l < push.light_end; l++) {
-            vec3 more = direct_light(s, lit_at_all, l, shadow_rays);
+    if (light_count != 0u) {
+        // The first light is loaded outside of the loop, which is none where there is one light: then all lanes have
+        // it from one load.
+        uint l = push.light_begin;
+        Light next = lights[l];
+        do {
+            vec3 more = direct_light(s, lit_at_all, next, shadow_rays);
             light += more;
             seen = seen << 1u | (more == vec3(0.0) ? 0u : 1u);
-        }
-    } else if (light_count != 0u) {
-        // Else brute force takes one light a pass: no loop.
-        vec3 more = direct_light(s, lit_at_all, push.light_begin, shadow_rays);
-        light += more;
-        seen = more == vec3(0.0) ? 0u : 1u;
+            l++;
+            if (light_count > 1u) next = lights[min(l, light_count - 1u)];
+        } while (light_count > 1u && l < push.light_end);
     }
     uint counted = shadow_rays;
 #ifdef LANES
