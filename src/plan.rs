@@ -65,6 +65,26 @@ impl Limits {
     }
 }
 
+/// What a device's properties switch for scenes of a usual size (ARCHITECTURE.md, "Why this shape on a GPU").
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct Switched {
+    /// Scene and queues are read as texels, not as storage buffers.
+    pub texels: bool,
+    /// The rays of a subgroup walk the hierarchy together.
+    pub packets: bool,
+    /// Renders of many samples take one kernel for the stages of a depth.
+    pub fused: bool,
+}
+
+impl Switched {
+    /// By the limits of a device, in single precision.
+    pub fn of(limits: &Limits) -> Switched {
+        let workgroup = DEFAULT_WORKGROUP.min(limits.workgroup_invocations);
+        let packets = limits.is_cpu && is_full(workgroup, limits);
+        Switched { texels: limits.is_cpu, packets, fused: packets && binds_all(limits) }
+    }
+}
+
 /// Bytes of a texel: four words.
 pub const TEXEL_BYTES: u64 = 16;
 
@@ -289,10 +309,9 @@ impl Plan {
     /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
     /// compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this shape on a GPU").
     fn may_fuse(&self, settings: &Settings, limits: &Limits, survey: bool) -> bool {
-        let code = Kernel::Trace.code();
         let many = samples(settings, survey) >= KNOWN_SAMPLES;
         limits.is_cpu
-            && limits.storage_buffers >= (code.reads | code.writes).count_ones()
+            && binds_all(limits)
             && self.specialisation.light_count <= LIGHTS_PER_PASS
             && settings.schedule.constants.unwrap_or(many)
             && !settings.schedule.general.has(Feature::SplitKernels)
@@ -438,9 +457,23 @@ impl Plan {
     }
 }
 
+/// Invocations per workgroup, unless a schedule says otherwise.
+const DEFAULT_WORKGROUP: u32 = 64;
+
+/// Whether one kernel can bind what the stages of a depth read and write.
+fn binds_all(limits: &Limits) -> bool {
+    let code = Kernel::Trace.code();
+    limits.storage_buffers >= (code.reads | code.writes).count_ones()
+}
+
 /// Invocations per workgroup.
 fn workgroup(settings: &Settings, limits: &Limits) -> u32 {
-    settings.schedule.workgroup.unwrap_or(64).min(limits.workgroup_invocations).min(abi::WORKGROUP_MAX)
+    settings
+        .schedule
+        .workgroup
+        .unwrap_or(DEFAULT_WORKGROUP)
+        .min(limits.workgroup_invocations)
+        .min(abi::WORKGROUP_MAX)
 }
 
 /// Whether subgroups are full and of a size that the kernels' shuffles know.

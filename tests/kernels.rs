@@ -253,10 +253,9 @@ fn shadow() {
     assert!(clamped > 0, "no light touches a surface");
 }
 
-/// `trace` and what places its children, at depth 1 and behind places of any order; gives the children.
-fn check_fused(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) -> u32 {
-    let mut children = 0;
-    for depth in [1, 2] {
+/// What `trace` finds before it at depths 1 and 2: rays behind places of any order.
+fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
+    [1, 2].map(|depth| {
         let mut memory = state.hit();
         memory.run(Kernel::Shade, &state.spec, &state.push());
         state.place_lights(&mut memory, rng);
@@ -269,23 +268,39 @@ fn check_fused(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) -> u
             memory.places[i] = i as u32;
             memory.places.swap(i, rng.below(i as u32 + 1) as usize);
         }
-        let push = Push { depth, last_depth: 3, ..state.lights(0, state.spec.light_count) };
-        let what = format!("{what}, depth {depth}");
-        let mut twin = check(bench, state, &memory, Kernel::Trace, &push, &what);
-        assert!(twin.depth_counts[depth as usize - 1].shadow > 100, "{what}");
-        twin.run(Kernel::Scan, &state.spec, &push);
-        children += twin.next_queue[0].count;
-        check(bench, state, &twin, Kernel::Place, &push, &what);
+        (memory, Push { depth, last_depth: 3, ..state.lights(0, state.spec.light_count) })
+    })
+}
+
+fn check_trace(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) {
+    for (memory, push) in before_trace(state, rng) {
+        let what = format!("{what}, depth {}", push.depth);
+        let twin = check(bench, state, &memory, Kernel::Trace, &push, &what);
+        assert!(twin.depth_counts[push.depth as usize - 1].shadow > 100, "{what}");
     }
-    children
 }
 
 #[test]
-fn trace_and_place() {
-    let mut children = 0;
+fn trace() {
+    let mut states = 0;
     each_state(0..4, |bench, state, rng, what| {
         if state.spec.fused != 0 {
-            children += check_fused(bench, state, rng, what);
+            check_trace(bench, state, rng, what);
+            states += 1;
+        }
+    });
+    assert!(states > 0, "nothing is fused");
+}
+
+#[test]
+fn place() {
+    let mut children = 0;
+    each_state(0..4, |bench, state, rng, what| {
+        for (mut memory, push) in before_trace(state, rng).into_iter().filter(|_| state.spec.fused != 0) {
+            memory.run(Kernel::Trace, &state.spec, &push);
+            memory.run(Kernel::Scan, &state.spec, &push);
+            children += memory.next_queue[0].count;
+            check(bench, state, &memory, Kernel::Place, &push, &format!("{what}, depth {}", push.depth));
         }
     });
     assert!(children > 1000, "only {children} children");
@@ -296,7 +311,7 @@ fn trace_known_shapes() {
     let device: Rc<Device> = device();
     let state = known_shapes(&device);
     let mut bench = Bench::new(&device, &state.spec, &state.memory);
-    assert!(check_fused(&mut bench, &state, &mut Rng::new(7), "known shapes") > 100);
+    check_trace(&mut bench, &state, &mut Rng::new(7), "known shapes");
 }
 
 #[test]

@@ -37,6 +37,7 @@ fn every_library_file_has_a_twin() {
             "prelude" | "fetch" => {}
             // How a subgroup works together: the twins work alone and find the same.
             "lanes" => {}
+            "children" => assert!(read("src/cpu/twin/trace.rs").contains("glsl/lib/children.glsl")),
             "packet" => assert!(read("src/cpu/twin/lib/trace.rs").contains("glsl/lib/packet.glsl")),
             "sampler" => assert!(read("src/sampler.rs").contains("glsl/lib/sampler.glsl")),
             _ => assert!(

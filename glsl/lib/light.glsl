@@ -39,6 +39,12 @@ vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_ray
     return faces && !blocked ? light.intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
 
+// Where a primitive is in the scene's own order, which is no matter of search or precision: surveys of both are compared.
+uint id_of(uint primitive) {
+    if (primitive == NONE) return NONE;
+    return primitive < triangle_count ? load_triangles(primitive).id : load_spheres(primitive - triangle_count).id;
+}
+
 // Own colour of surface `s`, of material `m`, that ray `i` struck, by the lights [light_begin, light_end) of the push
 // constants: into the ray's sample, or into contributions where `gather` adds them up or further passes take further
 // lights. `first`, `last`: of the passes. `mine`: the invocation has a ray of its own, to be counted and written.
@@ -51,16 +57,17 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     uint shadow_rays = 0u, seen = 0u;
     if (light_count != 0u) {
         // The first light is loaded outside of the loop, which is none where there is one light: then all lanes have
-        // it from one load.
+        // it, and the shapes that brute force tests, from one load each.
         uint l = push.light_begin;
+        bool several = light_count > 1u && (by_tree || fused != 0u); // brute force takes one light a pass
         Light next = lights[l];
         do {
             vec3 more = direct_light(s, lit_at_all, next, shadow_rays);
             light += more;
             seen = seen << 1u | (more == vec3(0.0) ? 0u : 1u);
             l++;
-            if (light_count > 1u) next = lights[min(l, light_count - 1u)];
-        } while (light_count > 1u && l < push.light_end);
+            if (several) next = lights[min(l, light_count - 1u)];
+        } while (several && l < push.light_end);
     }
     uint counted = shadow_rays;
 #ifdef LANES
@@ -73,7 +80,7 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     if (survey != 0u) {
         uint slot = ray.slot;
         uint kind = hit ? s.flags & ((1u << PREFIX_SHIFT) - 1u) : 0u;
-        atomicAdd(paths[slot].hash, pcg4d(uvec4(s.primitive, kind, push.depth, push.light_begin << 8u | seen)).x);
+        atomicAdd(paths[slot].hash, pcg4d(uvec4(id_of(s.primitive), kind, push.depth, push.light_begin << 8u | seen)).x);
         atomicAdd(paths[slot].rays, shadow_rays + (first ? 1u : 0u));
         atomicMax(paths[slot].depth, push.depth);
     }

@@ -3,6 +3,7 @@
 use super::console::print;
 use super::failure::Failure;
 use crate::cli::DevicesArgs;
+use crate::plan::Switched;
 use crate::render::RenderError;
 use crate::selftest::{self, Arithmetic, SelfTest};
 use crate::settings::DeviceChoice;
@@ -19,16 +20,17 @@ struct Listed {
     device: DeviceSummary,
     /// `None` where the device cannot be used, or not be opened.
     arithmetic: Option<SelfTest>,
+    /// `None` where the device cannot be used, or not be opened.
+    switched: Option<Switched>,
 }
 
 impl Listed {
     fn new(device: DeviceSummary) -> Listed {
         let open = || Device::new(&DeviceChoice::Index(device.index), false).ok();
-        let arithmetic = match device.unusable {
-            Some(_) => None,
-            None => open().and_then(|opened| selftest::run(&Rc::new(opened)).ok()),
-        };
-        Listed { device, arithmetic }
+        let opened = if device.unusable.is_some() { None } else { open().map(Rc::new) };
+        let arithmetic = opened.as_ref().and_then(|device| selftest::run(device).ok());
+        let switched = opened.map(|device| Switched::of(&device.limits()));
+        Listed { device, arithmetic, switched }
     }
 }
 
@@ -87,6 +89,7 @@ fn block(listed: &Listed) -> String {
                 bytes(d.push_constants.into()),
             ),
         ),
+        ("ways", ways(listed.switched)),
         ("timing", timing),
         ("fp64", doubles.into()),
         ("numbers", numbers(listed.arithmetic.as_ref())),
@@ -94,6 +97,17 @@ fn block(listed: &Listed) -> String {
     rows.iter().fold(format!("device {}: {}\n", d.index, d.name), |text, (name, line)| {
         text + &format!("  {name:<8} {line}\n")
     })
+}
+
+/// What the device's kind and limits switch.
+fn ways(switched: Option<Switched>) -> String {
+    let Some(s) = switched else { return "not known".into() };
+    let all = [
+        if s.texels { "reads texels" } else { "reads storage buffers" },
+        if s.packets { "a subgroup's rays walk together" } else { "each ray walks alone" },
+        if s.fused { "one kernel a depth for many samples" } else { "a kernel for each stage" },
+    ];
+    all.join("; ")
 }
 
 /// The verdict of the self-test.
@@ -140,7 +154,9 @@ mod tests {
             float64: index != 1,
             unusable: unusable.map(Into::into),
         };
-        Listed { device, arithmetic: None }
+        let lavapipe = crate::plan::Limits::LAVAPIPE;
+        let limits = crate::plan::Limits { is_cpu: index == 0, ..lavapipe };
+        Listed { device, arithmetic: None, switched: (index != 1).then(|| Switched::of(&limits)) }
     }
 
     #[test]
@@ -163,6 +179,7 @@ mod tests {
                 "yes; taken unless",
                 "1.50 GiB; 128 MiB in one buffer",
                 "each pass is timed",
+                "reads texels; a subgroup's rays walk together; one kernel a depth",
             ],
             [
                 "device 1: llvmpipe",
@@ -170,7 +187,12 @@ mod tests {
                 "--precision f64 is refused",
                 "shared out evenly",
             ],
-            ["device 2: llvmpipe", "yes, with --device 2", "1,024 invocations", "64 bits, 1 ns a tick"],
+            [
+                "device 2: llvmpipe",
+                "yes, with --device 2",
+                "reads storage buffers; each ray walks alone; a kernel for each stage",
+                "64 bits, 1 ns a tick",
+            ],
         ]) {
             for part in parts {
                 assert!(block.contains(part), "{part} is not in\n{block}");

@@ -11,7 +11,8 @@ use super::structs::{
 };
 use crate::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
 
-/// One depth of every ray in the queue: closest hit, surface, children and own colour.
+/// One depth of every ray in the queue: closest hit, surface, children and own colour. Which children a subgroup's
+/// rays have is a word, as in glsl/lib/children.glsl.
 pub fn trace(
     spec: &Specialisation,
     push: &Push,

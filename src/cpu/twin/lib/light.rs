@@ -90,7 +90,8 @@ impl Lit<'_> {
         let slot = ray.slot;
         if spec.survey != 0 {
             let kind = if hit { s.flags & ((1 << PREFIX_SHIFT) - 1) } else { 0 };
-            let hash = pcg4d([s.primitive, kind, push.depth, push.light_begin << 8 | seen])[0];
+            let id = if hit { self.shapes.primitive_id(s.primitive) } else { NONE };
+            let hash = pcg4d([id, kind, push.depth, push.light_begin << 8 | seen])[0];
             let path = &mut self.paths[slot as usize];
             path.hash = path.hash.wrapping_add(hash);
             path.rays += shadow_rays + u32::from(first);

@@ -54,7 +54,8 @@ fn recedes(t: &Triangle, normal: Real3, r: &TraceRay, distance: Real) -> bool {
 }
 
 impl Shapes<'_> {
-    fn primitive_id(&self, primitive: u32) -> u32 {
+    /// A primitive's number in the scene's own order.
+    pub fn primitive_id(&self, primitive: u32) -> u32 {
         let count = self.spec.triangle_count;
         if primitive < count {
             self.triangles[primitive as usize].id
