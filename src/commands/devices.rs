@@ -186,11 +186,13 @@ mod tests {
                 "no: it has no Vulkan 1.2",
                 "--precision f64 is refused",
                 "shared out evenly",
+                "not known",
             ],
             [
                 "device 2: llvmpipe",
                 "yes, with --device 2",
                 "reads storage buffers; each ray walks alone; a kernel for each stage",
+                "1,024 invocations",
                 "64 bits, 1 ns a tick",
             ],
         ]) {
