@@ -8,7 +8,7 @@ pub use text::text;
 use crate::abi::{self, Buf};
 use crate::found::Found;
 use crate::pack::Packed;
-use crate::plan::{HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
+use crate::plan::{BRUTE_FORCE_MAX, HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
 use crate::predict::Prediction;
 use crate::report::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::settings::{Precision, Settings};
@@ -316,7 +316,7 @@ fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Pl
     if plan.specialisation.few_known != 0 {
         return format!("{have} samples, from {needed} on they repay kernels of their own for this scene");
     }
-    if packed.bvh_depth > 0 && packed.loose == [false; 2] {
+    if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
         "there are too many".into()
     } else if settings.precision == Precision::Double {
         "kernels in f64 have no such form".into()

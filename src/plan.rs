@@ -141,10 +141,12 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
-/// Samples from which on kernels are fused, and a small scene's shapes become constants: on lavapipe the one costs some
-/// 0.1 to 0.2 s of compiling, and saves 20 to 60 ns of CPU a ray; the other costs about a second of
-/// compiling, for each scene, and saves some 150 ns at each of a few rays a sample (ARCHITECTURE.md, "Figures").
-pub(crate) const KNOWN_SAMPLES: u64 = 1 << 21;
+/// Samples from which on the stages of a depth are one kernel on software devices: it starts later and saves a fifth
+/// of the time (ARCHITECTURE.md, "Figures").
+const FUSED_SAMPLES: u64 = 1 << 21;
+/// Samples from which on a small scene's shapes become constants: beside packets that saves some 25 ns at each sample
+/// and costs 0.13 s at every start, several times that of compiling at a scene's first (ARCHITECTURE.md, "Figures").
+pub(crate) const KNOWN_SAMPLES: u64 = 1 << 22;
 
 /// Primitives that are all tested, at most; beyond them walking a hierarchy pays (ARCHITECTURE.md, "Figures").
 pub const BRUTE_FORCE_MAX: usize = 32;
@@ -309,7 +311,7 @@ impl Plan {
     /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
     /// compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this shape on a GPU").
     fn may_fuse(&self, settings: &Settings, limits: &Limits, survey: bool) -> bool {
-        let many = samples(settings, survey) >= KNOWN_SAMPLES;
+        let many = samples(settings, survey) >= FUSED_SAMPLES;
         limits.is_cpu
             && binds_all(limits)
             && self.specialisation.light_count <= LIGHTS_PER_PASS

@@ -17,24 +17,18 @@ uint sum_lanes(uint x) {
     return all;
 }
 
-// Texels of a node or of a leaf, one or two with each lane.
-struct Pieces {
-    uvec4 first, second;
-};
-#define GATHER(x, at, last) Pieces(texelFetch(x##_texels, int((at) + min(gl_SubgroupInvocationID, last))), \
-    lanes < 8u ? texelFetch(x##_texels, int((at) + min(gl_SubgroupInvocationID + 4u, last))) : uvec4(0u))
-#define LOW_PIECE(p, k) subgroupShuffle(p.first, k)
-#define HIGH_PIECE(p, k, k_less_4) (lanes < 8u ? subgroupShuffle(p.second, k_less_4) : subgroupShuffle(p.first, k))
+// Consecutive texels, the first few lanes one each; up to `last`, 3 at most.
+#define GATHER(x, at, last) texelFetch(x##_texels, int((at) + min(gl_SubgroupInvocationID, last)))
 
 Triangle gather_triangle(uint i) {
-    Pieces p = GATHER(triangles, i * 4u, 3u);
+    uvec4 p = GATHER(triangles, i * 4u, 3u);
     Triangle t;
-    unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), LOW_PIECE(p, 2u), LOW_PIECE(p, 3u), t);
+    unpack(subgroupShuffle(p, 0u), subgroupShuffle(p, 1u), subgroupShuffle(p, 2u), subgroupShuffle(p, 3u), t);
     return t;
 }
 Sphere gather_sphere(uint i) {
-    Pieces p = GATHER(spheres, i * 2u, 1u);
+    uvec4 p = GATHER(spheres, i * 2u, 1u);
     Sphere s;
-    unpack(LOW_PIECE(p, 0u), LOW_PIECE(p, 1u), s);
+    unpack(subgroupShuffle(p, 0u), subgroupShuffle(p, 1u), s);
     return s;
 }

@@ -95,7 +95,7 @@ impl From<VkError> for RenderError {
             VkError::NoDevice(_) => RenderError::NoDevice(error.to_string()),
             VkError::Lost { .. } => RenderError::DeviceLost(error.to_string()),
             VkError::Memory { .. } => RenderError::DoesNotFit(error.to_string()),
-            VkError::Call { .. } => RenderError::Failed(error.to_string()),
+            VkError::TooLong { .. } | VkError::Call { .. } => RenderError::Failed(error.to_string()),
         }
     }
 }

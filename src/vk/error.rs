@@ -26,6 +26,16 @@ pub enum VkError {
         /// The last pass that was begun.
         pass: String,
     },
+    /// More was to be written to a buffer than it holds.
+    #[error("{bytes} bytes do not go into `{name}`, which has {room}")]
+    TooLong {
+        /// Buffer.
+        name: String,
+        /// Bytes to write.
+        bytes: u64,
+        /// Bytes of the buffer.
+        room: u64,
+    },
     /// The memory allocator refused.
     #[error("cannot allocate {bytes} bytes for `{name}`: {source}")]
     Memory {

@@ -4,7 +4,7 @@ use super::buffer::{Buffers, Made};
 use super::device::Device;
 use super::error::{VkError, call};
 use super::kernel::{Pipelines, bound, viewed};
-use crate::abi::{Buf, GROUPS_PER_ROW, Push, TEXELS_AT};
+use crate::abi::{BUFFERS, Buf, GROUPS_PER_ROW, Push, TEXELS_AT};
 use crate::kernels::{KERNELS, Kernel};
 use crate::passes::{Pass, Size, at_depth};
 use ash::vk;
@@ -64,6 +64,17 @@ pub struct Recorder {
     submitted: Option<[Instant; 2]>,
     /// For a test of the tests: the barrier after this kernel is left out.
     omitted_barrier: Option<Kernel>,
+}
+
+/// That a buffer has room for what is to be written to it: the device would write past its end.
+fn fits(buffers: &Buffers, buffer: Buf, bytes: usize) -> Result<(), VkError> {
+    let room = buffers.bytes(buffer);
+    match bytes as u64 {
+        bytes if bytes > room => {
+            Err(VkError::TooLong { name: BUFFERS[buffer as usize].0.into(), bytes, room })
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Recorder {
@@ -411,13 +422,20 @@ impl Recorder {
     }
 
     /// Copies host bytes to the start of a buffer, through staging, waiting.
+    ///
+    /// # Errors
+    /// As [`Recorder::upload_made`].
     pub fn upload(&mut self, buffers: &mut Buffers, buffer: Buf, bytes: &[u8]) -> Result<(), VkError> {
         let copy = |from: usize, out: &mut [u8]| out.copy_from_slice(&bytes[from..][..out.len()]);
+        fits(buffers, buffer, bytes.len())?;
         self.stage(buffers, buffer, Made { bytes: bytes.len(), element: 1 }, &copy)
     }
 
     /// Has `make` write what goes to the start of a buffer: at its place where the host reaches that, else
     /// to staging, piece by piece, waiting. It is given the first byte of the piece. Between submits.
+    ///
+    /// # Errors
+    /// If the buffer has fewer bytes, or the device fails.
     pub fn upload_made(
         &mut self,
         buffers: &mut Buffers,
@@ -425,6 +443,7 @@ impl Recorder {
         shape: Made,
         make: &dyn Fn(usize, &mut [u8]),
     ) -> Result<(), VkError> {
+        fits(buffers, buffer, shape.bytes)?;
         // No submit is under way, and the next one sees what the host wrote before it.
         if let Some(place) = buffers.direct(buffer).and_then(|all| all.get_mut(..shape.bytes)) {
             make(0, place);
