@@ -257,19 +257,16 @@ impl Plan {
             && packed.primitive_count() <= abi::UNROLL_MAX as usize
             && may_join(settings, limits)
             && knows_shapes(settings, limits, survey);
-        let fused = plan.may_fuse(settings, limits, survey);
         let packets = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
+        let fused = (packets || known) && plan.may_fuse(settings, limits, survey);
         // What is wanted, then what else there is where texel views do not reach.
-        let mut choices =
+        let choices =
             [Choice { fused, packets, known }, Choice { fused: false, packets, known }, Choice::default()];
-        for choice in &mut choices {
-            choice.fused &= packets || known;
-        }
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
         let choice = loop {
             let mut can = |choice: &Choice| plan.can(*choice, packed, settings, limits, batch, room);
-            let choice = choices.into_iter().find(|w| can(w));
+            let choice = choices.into_iter().find(|choice| can(choice));
             if let Some(choice) = choice.filter(|_| plan.fits(limits)) {
                 break choice;
             }

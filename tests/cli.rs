@@ -327,7 +327,7 @@ fn an_interrupt_ends_with_130_and_a_partial_image() {
 fn an_interrupted_render_resumes_to_the_same_file() {
     let (folder, at) = folder();
     let output = at("a.exr");
-    let words = ["--size", "96x80", "--samples", "400", "--tile-pixels", "64"];
+    let words = ["--size", "96x80", "--samples", "3000", "--tile-pixels", "64"];
     let (last, code) = interrupted(&output, &words);
     assert!(
         last.ends_with("go on with --resume (from {}.partial)".replace("{}", &output).as_str()),
@@ -342,7 +342,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
         .code(1)
         .get_output()
         .clone();
-    for part in ["a.exr.partial", "--samples 400", "--samples 2", "leave out --resume"] {
+    for part in ["a.exr.partial", "--samples 3000", "--samples 2", "leave out --resume"] {
         assert!(text(&other.stderr).contains(part), "{part}: {}", text(&other.stderr));
     }
     assert_eq!(names(folder.path()), ["a.exr", "a.exr.partial"]);
@@ -352,7 +352,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
     whitted(&resume).args(words).assert().success();
     assert_eq!(names(folder.path()), ["a.exr", "a.json"], "the state is gone");
     let report: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
-    assert_eq!(report["rays"]["primary"], 96 * 80 * 400);
+    assert_eq!(report["rays"]["primary"], 96 * 80 * 3000);
 
     whitted(&["render", SCENE, "-o", &at("b.exr"), "--device", "cpu"]).args(words).assert().success();
     assert!(fs::read(&output).unwrap() == fs::read(at("b.exr")).unwrap(), "not one bit differs");

@@ -6,7 +6,6 @@ use super::load;
 use super::render::write_json;
 use crate::cli::{ProfileArgs, Size};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};
-use crate::pack::pack;
 use crate::plan::Plan;
 use crate::profile::{self, Profile};
 use crate::progress::{self, Progress, Style};
@@ -54,12 +53,8 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         false => settings.precision,
     };
     let used = Settings { precision, ..settings.clone() };
-    let plan = Plan::new(
-        &pack(&scene, &used, renderer.brute_force_max(&used, false)),
-        &used,
-        &renderer.device().limits(),
-    )
-    .map_err(RenderError::from)?;
+    let plan = Plan::new(&renderer.pack(&scene, &used, false), &used, &renderer.device().limits())
+        .map_err(RenderError::from)?;
     if let Some(path) = &args.trace {
         renderer.keep_submits(true);
         let (rendered, submits) = draw(&mut renderer, "traced frame")?;

@@ -183,17 +183,13 @@ impl Renderer {
 
     /// The scene as this device's kernels need it, for an image or (`survey`) for listed pixels.
     pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
-        let forms = self.device.limits().forms(settings);
-        pack_forms(scene, settings, self.brute_force_max(settings, survey), forms)
+        let limits = self.device.limits();
+        let max = plan::brute_force_max(self.brute_force, settings, &limits, survey);
+        pack_forms(scene, settings, max, limits.forms(settings))
     }
 
     pub(crate) fn forced_brute_force(&self) -> Option<bool> {
         self.brute_force
-    }
-
-    /// Up to how many primitives every one is tested, of an image or (`survey`) of listed pixels.
-    pub(crate) fn brute_force_max(&self, settings: &Settings, survey: bool) -> usize {
-        plan::brute_force_max(self.brute_force, settings, &self.device.limits(), survey)
     }
 
     /// Plants a missing barrier, for a test of the validation.
