@@ -1,7 +1,7 @@
 //! The contact sheet: rows of pictures on a dark ground, each with its caption.
 
-use crate::image::canvas::{Canvas, Color, text_height, text_width};
-use crate::image::{Metadata, View, code8, png8};
+use crate::image::canvas::{Canvas, Color};
+use crate::image::{Metadata, View, code8, png8, text};
 use std::io::{self, Write};
 
 // Dark, so that the pictures' own tones are seen against nothing brighter.
@@ -17,10 +17,11 @@ const MARGIN: u32 = 40;
 const GAP: u32 = 24;
 /// Between rows.
 const ROW_GAP: u32 = 40;
-const TITLE_SCALE: u32 = 3;
-const TEXT_SCALE: u32 = 2;
+/// Heights of lines of text.
+const TITLE_SIZE: u32 = 40;
+const TEXT_SIZE: u32 = 24;
 /// From one line of text to the next.
-const LINE: u32 = text_height(TEXT_SCALE) + 8;
+const LINE: u32 = TEXT_SIZE + 8;
 /// Wider pictures are shrunk; up to here they are shown pixel by pixel, or one could not judge edges.
 const WIDEST: u32 = 640;
 
@@ -58,7 +59,7 @@ impl Cell {
     }
 
     fn width(&self) -> u32 {
-        let text = self.captions.iter().map(|c| text_width(c, TEXT_SCALE)).max().unwrap_or(0);
+        let text = self.captions.iter().map(|c| text::width(c, TEXT_SIZE)).max().unwrap_or(0);
         text.max(self.picture.width)
     }
 }
@@ -66,7 +67,7 @@ impl Cell {
 impl Section {
     fn width(&self) -> u32 {
         let cells: u32 = self.cells.iter().map(|c| c.width() + GAP).sum();
-        cells.saturating_sub(GAP).max(text_width(&self.heading, TEXT_SCALE))
+        cells.saturating_sub(GAP).max(text::width(&self.heading, TEXT_SIZE))
     }
 
     fn tallest(&self) -> u32 {
@@ -79,7 +80,7 @@ impl Section {
     }
 
     fn draw(&self, canvas: &mut Canvas, top: u32) {
-        canvas.text([MARGIN, top], &self.heading, TEXT_SCALE, HEADING);
+        canvas.text([MARGIN, top], &self.heading, TEXT_SIZE, HEADING);
         canvas.fill([MARGIN, top + LINE], [canvas.width - 2 * MARGIN, 1], FRAME);
         let top = top + LINE + GAP / 2;
         let mut x = MARGIN;
@@ -89,7 +90,7 @@ impl Section {
             canvas.paste([x, top], picture);
             let mut y = top + picture.height + GAP / 2;
             for (caption, color) in cell.captions.iter().zip([CAPTION, DETAIL]) {
-                canvas.text([x, y], caption, TEXT_SCALE, color);
+                canvas.text([x, y], caption, TEXT_SIZE, color);
                 y += LINE;
             }
             x += cell.width() + GAP;
@@ -107,13 +108,13 @@ impl Sheet {
     fn draw(&self) -> Canvas {
         let widest = self.sections.iter().map(Section::width).max().unwrap_or(0);
         let width =
-            widest.max(text_width(&self.title, TITLE_SCALE)).max(text_width(&self.subtitle, TEXT_SCALE));
-        let head = MARGIN + text_height(TITLE_SCALE) + 12 + LINE + ROW_GAP;
+            widest.max(text::width(&self.title, TITLE_SIZE)).max(text::width(&self.subtitle, TEXT_SIZE));
+        let head = MARGIN + TITLE_SIZE + 12 + LINE + ROW_GAP;
         let body: u32 = self.sections.iter().map(|s| s.height() + ROW_GAP).sum();
         let mut canvas =
             Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(ROW_GAP) + MARGIN - 8, GROUND);
-        canvas.text([MARGIN, MARGIN], &self.title, TITLE_SCALE, TITLE);
-        canvas.text([MARGIN, MARGIN + text_height(TITLE_SCALE) + 12], &self.subtitle, TEXT_SCALE, DETAIL);
+        canvas.text([MARGIN, MARGIN], &self.title, TITLE_SIZE, TITLE);
+        canvas.text([MARGIN, MARGIN + TITLE_SIZE + 12], &self.subtitle, TEXT_SIZE, DETAIL);
         let mut top = head;
         for section in &self.sections {
             section.draw(&mut canvas, top);
