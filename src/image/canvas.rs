@@ -28,6 +28,37 @@ impl Canvas {
         }
     }
 
+    /// Draws a frame of `border` pixels round a rectangle; what lies outside is dropped.
+    pub(crate) fn outline(&mut self, corner: [u32; 2], size: [u32; 2], border: u32, color: Color) {
+        let start = corner.map(|c| c.saturating_sub(border));
+        let end = [0, 1].map(|axis| corner[axis].saturating_add(size[axis]).saturating_add(border));
+        for row in start[1]..end[1].min(self.height) {
+            for column in start[0]..end[0].min(self.width) {
+                let inside = |at: u32, axis: usize| (corner[axis]..end[axis] - border).contains(&at);
+                if !(inside(column, 0) && inside(row, 1)) {
+                    self.set([column, row], color);
+                }
+            }
+        }
+    }
+
+    /// A part of the picture; what lies outside is left out.
+    pub(crate) fn cropped(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> Canvas {
+        let end = |start: u32, length: u32, whole: u32| start.saturating_add(length).min(whole);
+        let (right, bottom) = (end(x, width, self.width), end(y, height, self.height));
+        let pixels = (y..bottom).flat_map(|row| (x..right).filter_map(move |column| self.pixel([column, row])));
+        let rgb = pixels.flatten().collect();
+        Canvas { width: right.saturating_sub(x), height: bottom.saturating_sub(y), rgb }
+    }
+
+    /// Every pixel as a square of `factor` pixels a side.
+    pub(crate) fn enlarged(&self, factor: u32) -> Canvas {
+        let (width, height) = (self.width * factor, self.height * factor);
+        let pixels = (0..height)
+            .flat_map(|y| (0..width).filter_map(move |x| self.pixel([x / factor, y / factor])));
+        Canvas { width, height, rgb: pixels.flatten().collect() }
+    }
+
     /// Copies a picture; what lies outside is dropped.
     pub(crate) fn paste(&mut self, [x, y]: [u32; 2], picture: &Canvas) {
         for (index, pixel) in (0u32..).zip(picture.rgb.as_chunks::<3>().0) {
@@ -81,6 +112,20 @@ mod tests {
         assert!(codes.iter().any(|c| (101..200).contains(c)));
         // Nothing of it is left of its corner or above the line.
         assert!((0..40).all(|y| canvas.pixel([3, y]) == Some([100; 3])));
+    }
+
+    #[test]
+    fn frames_and_parts_are_where_they_should_be() {
+        let mut canvas = Canvas::new(6, 5, [0; 3]);
+        canvas.outline([2, 2], [2, 1], 1, [9; 3]);
+        assert_eq!(lit(&canvas), ["......", ".####.", ".#..#.", ".####.", "......"]);
+        canvas.outline([0, 0], [1, 1], 1, [9; 3]);
+        canvas.outline([5, 4], [u32::MAX; 2], 1, [9; 3]);
+        assert_eq!(lit(&canvas), [".#....", "#####.", ".#..#.", ".#####", "....#."]);
+        assert_eq!(lit(&canvas.cropped([3, 2], [2, 2])), [".#", "##"]);
+        assert_eq!(lit(&canvas.cropped([4, 3], [u32::MAX, 9])), ["##", "#."]);
+        assert_eq!(canvas.cropped([7, 7], [1, 1]).rgb, []);
+        assert_eq!(lit(&canvas.cropped([4, 3], [2, 2]).enlarged(2)), ["####", "####", "##..", "##.."]);
     }
 
     #[test]
