@@ -8,9 +8,9 @@ mod common;
 
 use common::{render, renderer, small};
 use std::path::Path;
-use whitted::cpu::oracle::Oracle;
+use whitted::reference::oracle::Oracle;
 use whitted::image::linear_sha256;
-use whitted::measure::metrics::compare;
+use whitted::compare::metrics::compare;
 use whitted::scene::{self, Scene};
 use whitted::settings::Settings;
 

@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use std::path::Path;
-use whitted::cpu::oracle::{Oracle, OracleImage};
+use whitted::reference::oracle::{Oracle, OracleImage};
 use whitted::image::code8;
 use whitted::scene::{self, Fresnel, Scene};
 use whitted::settings::Settings;
