@@ -12,7 +12,8 @@ Pictures:
   depth_STEM_1 to _4          the same of the sibling
   final_STEM                  the scene at its own settings; also its sibling, if there is one:
                               STEM_glass.toml beside STEM.toml, or the other way round
-  contact_sheet.png           all of them, with samples, depth, time and rays
+  contact_sheet.png           all of them, with samples, depth, time and rays; below each picture, enlarged,
+                              the parts in which the pictures of its row differ most
   gallery.json                the report of each
 
 Samples are independent (`--sampler random` of `whitted render`), so that counts are compared and nothing else.
