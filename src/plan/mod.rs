@@ -1,24 +1,27 @@
 //! What this scene needs on this device, decided before anything is allocated: specialisation,
 //! queue capacity, tile and batch, bytes.
 
+pub mod dispatches;
 pub mod explain;
 mod fit;
 pub mod memory_traffic;
 pub mod passes;
+mod planned_scene;
 pub mod predicted_time;
 pub mod tiles;
 
 pub(crate) use fit::HEAP_EIGHTHS;
+pub use planned_scene::{PlannedScene, Purpose};
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::kernel::table::{KERNELS, Kernel};
-use crate::plan::passes::When;
 use crate::prepare::bvh::Forms;
 use crate::prepare::max_depth::Reach;
 use crate::prepare::{Packed, pack};
 use crate::scene::Scene;
 use crate::settings::forced_features::Feature;
 use crate::settings::{Origin, Precision, Settings};
+use dispatches::dispatches;
 
 /// The limits of a device that a plan depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -188,14 +191,6 @@ impl Plan {
     /// If the scene does not fit the device; says what would.
     pub fn new(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
         Plan::build(packed, settings, limits, false)
-    }
-
-    /// Plans surveys of listed pixels (`render::Survey`), up to the whole image at once.
-    ///
-    /// # Errors
-    /// As [`Plan::new`].
-    pub fn survey(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
-        Plan::build(packed, settings, limits, true)
     }
 
     fn build(packed: &Packed, settings: &Settings, limits: &Limits, survey: bool) -> Result<Plan, PlanError> {
@@ -444,15 +439,10 @@ impl Plan {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
     }
 
-    /// The kernels that a frame runs.
+    /// The kernels that a batch runs, in the order of the pass table.
     pub fn kernels(&self) -> Vec<Kernel> {
-        let runs = |p: &&passes::Pass| match p.when {
-            When::Always | When::PerLights => true,
-            When::NotLast => self.last_depth > 1,
-            When::Branching => self.specialisation.branching != 0 && self.last_depth > 1,
-        };
-        let fused = self.specialisation.fused != 0;
-        passes::all().filter(|p| p.is_of(fused)).filter(runs).map(|p| p.kernel).collect()
+        let runs: Vec<Kernel> = dispatches(self, self.last_depth).map(|s| s.pass.kernel).collect();
+        passes::all().map(|p| p.kernel).filter(|k| runs.contains(k)).collect()
     }
 
     /// Device bytes in all.

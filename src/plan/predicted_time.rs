@@ -6,7 +6,8 @@
 
 use crate::kernel::table::Kernel;
 use crate::plan::Plan;
-use crate::plan::passes::{self, When};
+use crate::plan::dispatches::dispatches;
+use crate::plan::passes;
 use crate::report::prediction::{DepthForecast, Prediction};
 use crate::report::{PassInfo, Report};
 use std::collections::BTreeMap;
@@ -148,8 +149,6 @@ impl Model {
     /// If nothing is known of kernels that it needs.
     pub fn predict(&self, work: &Work<'_>) -> Result<Prediction, Unpredictable> {
         let Work { plan, pixels, samples, batches } = *work;
-        let kernels = plan.kernels();
-        let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
         let last = plan.last_depth;
         if last > 1 && self.rays.len() == 1 {
             return Err(Unpredictable("a render of depth 1 says nothing of deeper rays".into()));
@@ -163,35 +162,30 @@ impl Model {
         }
         let mut by_depth: Vec<DepthForecast> = Vec::new();
         let (mut device, mut unseen) = (0.0, 0.0);
-        for pass in passes::all().filter(|p| kernels.contains(&p.kernel)) {
-            let deep = passes::PER_DEPTH.iter().any(|p| p.kernel == pass.kernel);
-            let depths = match (deep, pass.when) {
-                (false, _) => 0..=0,
-                (true, When::NotLast) => 1..=last - 1,
-                (true, When::Branching) => 2..=last,
-                (true, _) => 1..=last,
-            };
-            let launches = if pass.when == When::PerLights { groups } else { 1 };
-            for depth in depths {
-                let (rays, seen) = if depth == 0 { (1.0, true) } else { self.rays(depth, plan) };
-                let rays = rays * samples as f64;
-                let cost = self.cost(pass.kernel, depth).unwrap_or(0.0);
-                let seconds = batches as f64 * f64::from(launches) * self.start(pass.kernel) + rays * cost;
-                device += seconds;
-                unseen += if seen { 0.0 } else { seconds };
-                if depth == 0 {
-                    continue;
-                }
-                let at = depth as usize - 1;
-                if by_depth.len() <= at {
-                    by_depth.resize(at + 1, DepthForecast::default());
-                }
-                let shadow = self.shadow.get(at).or(self.shadow.last()).copied().unwrap_or(0.0);
-                let row = &mut by_depth[at];
-                row.seconds += seconds;
-                (row.depth, row.extrapolated) = (depth, !seen);
-                (row.traced, row.shadow) = (rays.round() as u64, (rays * shadow).round() as u64);
+        // Dispatches of each kernel at each depth, in one batch.
+        let mut launches: BTreeMap<(Kernel, u32), u32> = BTreeMap::new();
+        for step in dispatches(plan, last) {
+            *launches.entry((step.pass.kernel, step.depth)).or_default() += 1;
+        }
+        for ((kernel, depth), launches) in launches {
+            let (rays, seen) = if depth == 0 { (1.0, true) } else { self.rays(depth, plan) };
+            let rays = rays * samples as f64;
+            let cost = self.cost(kernel, depth).unwrap_or(0.0);
+            let seconds = batches as f64 * f64::from(launches) * self.start(kernel) + rays * cost;
+            device += seconds;
+            unseen += if seen { 0.0 } else { seconds };
+            if depth == 0 {
+                continue;
             }
+            let at = depth as usize - 1;
+            if by_depth.len() <= at {
+                by_depth.resize(at + 1, DepthForecast::default());
+            }
+            let shadow = self.shadow.get(at).or(self.shadow.last()).copied().unwrap_or(0.0);
+            let row = &mut by_depth[at];
+            row.seconds += seconds;
+            (row.depth, row.extrapolated) = (depth, !seen);
+            (row.traced, row.shadow) = (rays.round() as u64, (rays * shadow).round() as u64);
         }
         let host = self.host * pixels as f64;
         let (render, error) = (device + host, PACE.max(2.0 * self.spread));

@@ -5,10 +5,10 @@ use super::tally::Tally;
 use super::upload::{Upload, uploads};
 use crate::image::linear_sha256;
 use crate::kernel::abi::Buf;
+use crate::kernel::abi::double::Camera;
 use crate::plan::tiles::Tile;
 use crate::prepare::Packed;
 use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo, TimeInfo};
-use crate::scene::Scene;
 use crate::settings::Settings;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -30,8 +30,8 @@ pub(super) struct Identity {
 }
 
 impl Identity {
-    pub(super) fn new(device: &DeviceInfo, packed: &Packed, scene: &Scene, settings: &Settings) -> Identity {
-        let camera = [packed.camera(scene, settings)];
+    pub(super) fn new(device: &DeviceInfo, packed: &Packed, camera: Camera, settings: &Settings) -> Identity {
+        let camera = [camera];
         let mut hash = Sha256::new();
         // Nodes decide no bit, and which form of them there is follows from the schedule.
         let is_node = |u: &Upload| matches!(u.buffer, Buf::Nodes | Buf::CompressedNodes);

@@ -4,7 +4,6 @@ use super::{Kept, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::Gathered;
 use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::prepare::coincident_solids;
 use crate::render::{Observer, Survey};
 use crate::report::{Report, TimeInfo};
 use std::time::Duration;
@@ -132,14 +131,13 @@ impl Task<'_> {
         let Image { samples, rounding, prepared, render, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
-        report.warnings = survey.warnings.clone();
-        report.warnings.extend(coincident_solids::warnings(self.scene));
+        report.warnings = survey.warnings().to_vec();
         let traced: u64 = samples.samples.iter().map(|n| u64::from(*n)).sum();
         let mean = traced as f64 / samples.samples.len().max(1) as f64;
         report.settings.samples = mean.round() as u32;
         report.settings.crop = self.settings.crop;
         report.time = TimeInfo {
-            build: before.build + survey.built.as_secs_f64(),
+            build: before.build + survey.built().as_secs_f64(),
             first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
             device: report.passes.iter().map(|p| p.seconds).sum(),
             render: before.render + render.as_secs_f64(),

@@ -34,7 +34,7 @@ impl Task<'_> {
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let asked = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
-        let begun = survey.begun(self.renderer, self.scene, &asked);
+        let begun = survey.begun(&asked);
         let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
         let start = Instant::now();
         let mut chosen = match earlier {
@@ -67,7 +67,7 @@ impl Task<'_> {
             Kept::new(&self.request, survey.counted(begun), Stage::Error(Box::new(chosen)), images)
         });
         let confidence = self.request.confidence;
-        let prepared = survey.prepared;
+        let prepared = survey.prepared();
         let render = start.elapsed();
         let image = Image { samples, rounding, prepared, render, before, coarse: true };
         let mut known = self.known(image, &survey);
@@ -110,7 +110,7 @@ impl Task<'_> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
-            let begun = survey.begun(self.renderer, self.scene, &self.settings);
+            let begun = survey.begun(&self.settings);
             exact.count(&survey.counted(begun));
             *survey = exact;
         }

@@ -77,7 +77,7 @@ impl Task<'_> {
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
         let start = Instant::now();
         let region = Region::of(&self.settings);
-        let closing = CLOSING * survey.prepared.as_secs_f64();
+        let closing = CLOSING * survey.prepared().as_secs_f64();
         let black = Gathered::new(region.width, region.height, REPLICATES as usize);
         let reserve = closing + output_seconds(&black, &self, layers);
         let mut clock = Clock { from, seconds, reserve };
@@ -89,7 +89,7 @@ impl Task<'_> {
         let allocation = self.sample_in_time(&mut survey, &mut clock, pace, closing, layers)?;
 
         let short = allocation.bound().is_none();
-        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared, start.elapsed());
+        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared(), start.elapsed());
         let rounding = rounded.map(|r| (r.part(&samples), r.pixels));
         let pilot = samples.done();
         let before = TimeInfo::default();
@@ -143,7 +143,7 @@ impl Task<'_> {
     ) -> Result<Option<super::rounding::Rounded>, RenderError> {
         let share = PILOT_SHARE * clock.left();
         let single = survey.precision() != Precision::Double;
-        if single && 2.0 * survey.prepared.as_secs_f64() > share {
+        if single && 2.0 * survey.prepared().as_secs_f64() > share {
             return Ok(None);
         }
         // In f64 they take about twice the time again.

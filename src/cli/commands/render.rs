@@ -12,6 +12,7 @@ use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
 use crate::render::{Renderer, Unfinished};
 use crate::report::Report;
+use crate::report::explain::Outline;
 use crate::report::receipt;
 use std::io::{self, IsTerminal};
 use std::time::Instant;
@@ -33,12 +34,17 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
-        true => Some(plan::before(&mut renderer, &args.scene, &scene, &settings, style)?),
+        true => {
+            let time = plan::trial(&mut prepared, &mut Progress::new(style, "trial"))?;
+            let outline = prepared.explain(&args.scene.display().to_string());
+            Some(Outline { time: Some(time), ..outline })
+        }
         false => None,
     };
     let mut progress = Progress::new(style, "rendering");
-    let rendered = renderer.resume(&scene, &settings, earlier, &mut progress);
+    let rendered = prepared.render(earlier, &mut progress);
     drop(progress);
     let mut rendered = rendered.map_err(|error| match &state {
         Some(state) => state.explain(error),
@@ -48,8 +54,16 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {
-        let mut progress = Progress::new(style, "measuring what is absent");
-        let receipt = measure(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
+        let mut say = |what: &str| console.say(&format!("receipt: measuring {what}"));
+        let receipt = measure(
+            &mut renderer,
+            &scene,
+            &mut prepared,
+            outline,
+            &rendered.report,
+            &mut say,
+            &progress::interrupted,
+        );
         match receipt {
             Ok(receipt) => {
                 wrong = receipt.wrong();

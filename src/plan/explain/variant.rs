@@ -1,30 +1,23 @@
 //! Which kernels run, and what they are specialised to.
 
 use crate::kernel::abi::{self, Specialisation};
-use crate::kernel::table::KernelCode;
+use crate::kernel::table::{Kernel, KernelCode};
 use crate::plan::Plan;
-use crate::plan::passes::{self, When};
+use crate::plan::dispatches::dispatches;
+use crate::plan::passes;
 use crate::prepare::MEDIA_MAX;
 use crate::report::explain::{Constant, KernelRow};
 use crate::settings::{Precision, Settings};
 
-/// The kernels that run, in the frame's order.
+/// The kernels that run, in the order of the pass table, with their dispatches in one batch.
 pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
-    let runs = plan.kernels();
-    let depths = u64::from(plan.last_depth);
-    let lights = u64::from(plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1)));
-    let per_depth = |kernel| passes::PER_DEPTH.iter().any(|p| p.kernel == kernel);
+    let steps: Vec<Kernel> = dispatches(plan, plan.last_depth).map(|s| s.pass.kernel).collect();
     passes::all()
-        .filter(|p| runs.contains(&p.kernel))
+        .filter(|p| steps.contains(&p.kernel))
         .map(|p| KernelRow {
             kernel: p.kernel.name(),
             form: form(p.kernel.code(), plan, settings),
-            launches: match p.when {
-                When::Always if !per_depth(p.kernel) => 1,
-                When::Always => depths,
-                When::NotLast | When::Branching => depths - 1,
-                When::PerLights => depths * lights,
-            },
+            launches: steps.iter().filter(|k| **k == p.kernel).count() as u64,
         })
         .collect()
 }
