@@ -16,7 +16,6 @@ fn main() {
     println!("cargo:rerun-if-changed=src/kernel/abi.rs");
     println!("cargo:rerun-if-changed=src/kernel/spirv.rs");
     println!("cargo:rerun-if-changed=glsl");
-    println!("cargo:rerun-if-changed=glsl/lib");
     // The log of HEAD grows with every commit, HEAD itself only changes with the branch.
     if Path::new(".git/logs/HEAD").exists() {
         println!("cargo:rerun-if-changed=.git/logs/HEAD");
@@ -56,7 +55,7 @@ fn compile_all() -> Result<(), String> {
         let mut texels = 0u64;
         // Kernels that test shapes have two forms more: a small scene's shapes as constants, and packets.
         let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
-        let traces = source.contains("trace.glsl");
+        let traces = source.contains("traverse/traverse.glsl");
         let more = ["few", "packet"].map(|form| (form, "float", "vec3", abi::single::STRUCTS));
         let joined = JOINED.contains(&name);
         let forms =

@@ -3,8 +3,8 @@
 // Reads queue, contributions. Updates slots.
 // One invocation per ray; all but the first of a sample leave at once.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(queue)

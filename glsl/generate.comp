@@ -3,10 +3,10 @@
 // One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart; within a sample
 // in blocks of pixels, so that neighbours in the queue are neighbours in the image both ways.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
-#include "sampler.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
+#include "base/sampler.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)

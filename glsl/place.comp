@@ -3,8 +3,8 @@
 // Reads queue, next_queue, totals, offsets. Writes places.
 // One invocation per parent ray.
 #version 460
-#include "prelude.glsl"
-#include "children.glsl"
+#include "base/prelude.glsl"
+#include "base/children.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(queue)

@@ -3,8 +3,8 @@
 // Reads slots, paths. Updates film, marks.
 // One invocation per pixel of the tile.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(slots)

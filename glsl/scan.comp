@@ -3,8 +3,8 @@
 // Reads queue, totals. Writes offsets, next_queue. Counts rays by kind, and a queue too small.
 // One workgroup; each invocation walks a run of totals.
 #version 460
-#include "prelude.glsl"
-#include "children.glsl"
+#include "base/prelude.glsl"
+#include "base/children.glsl"
 layout(local_size_x = SCAN_WIDTH) in;
 
 READS(queue)

@@ -4,9 +4,9 @@
 // of children that are not traced in paths.
 // One invocation per ray. Whitted, CACM 23(6), 1980.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 FETCHES_4(triangles)
@@ -24,7 +24,7 @@ FETCHES_1(hits)
 STORES_4(surfaces)
 WRITES(totals)
 UPDATES(paths)
-#include "strike.glsl"
+#include "optics/strike.glsl"
 
 shared uint reflected_mask[WORKGROUP_MAX / 32u];
 shared uint refracted_mask[WORKGROUP_MAX / 32u];

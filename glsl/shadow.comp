@@ -4,8 +4,8 @@
 // survey notes in paths what was struck, how the path goes on and which lights it sees.
 // One invocation per ray and pass; a pass takes the lights [light_begin, light_end).
 #version 460
-#include "prelude.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
@@ -23,9 +23,9 @@ UPDATES(slots)
 UPDATES(paths)
 UPDATES(depth_counts)
 UPDATES(counters)
-#include "sampler.glsl"
-#include "trace.glsl"
-#include "light.glsl"
+#include "base/sampler.glsl"
+#include "traverse/traverse.glsl"
+#include "optics/light.glsl"
 
 void main() {
     uint item = item_index();

@@ -5,8 +5,8 @@
 // Counts what those kernels count.
 // One invocation per ray; those of a subgroup work together.
 #version 460
-#include "prelude.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
@@ -32,12 +32,12 @@ UPDATES(slots)
 UPDATES(paths)
 UPDATES(depth_counts)
 UPDATES(counters)
-#include "sampler.glsl"
-#include "trace.glsl"
-#include "strike.glsl"
-#include "spawn.glsl"
-#include "light.glsl"
-#include "children.glsl"
+#include "base/sampler.glsl"
+#include "traverse/traverse.glsl"
+#include "optics/strike.glsl"
+#include "optics/spawn.glsl"
+#include "optics/light.glsl"
+#include "base/children.glsl"
 
 void main() {
     uint item = item_index();

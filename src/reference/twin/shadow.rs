@@ -1,7 +1,7 @@
 //! Twin of `glsl/shadow.comp`.
 
 use super::lib::light::Lit;
-use super::lib::trace::Shapes;
+use super::lib::traverse::Shapes;
 use super::structs::{
     Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface,
     Triangle, WideSphere,

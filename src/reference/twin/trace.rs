@@ -3,7 +3,7 @@
 use super::lib::light::Lit;
 use super::lib::spawn::{Nursery, spawn};
 use super::lib::strike::Scene;
-use super::lib::trace::{Shapes, make_trace_ray};
+use super::lib::traverse::{Shapes, make_trace_ray};
 use super::real::FAR;
 use super::structs::{
     Camera, Contribution, CornerNormals, DepthCount, FlatNormal, Light, Material, Node, Path, Push, Queue,
@@ -12,7 +12,7 @@ use super::structs::{
 use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
 
 /// One depth of every ray in the queue: closest hit, surface, children and own colour. Which children a subgroup's
-/// rays have is a word, as in glsl/lib/children.glsl.
+/// rays have is a word, as in glsl/lib/base/children.glsl.
 pub fn trace(
     spec: &Specialisation,
     push: &Push,

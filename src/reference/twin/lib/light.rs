@@ -1,10 +1,10 @@
-//! Twin of `glsl/lib/light.glsl`.
+//! Twin of `glsl/lib/optics/light.glsl`.
 
 use super::super::real::{Real, Real3, U, Vec3, float};
 use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
-use super::trace::{Shapes, make_trace_ray};
+use super::traverse::{Shapes, make_trace_ray};
 use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT};
 use crate::settings::sampler::pcg4d;
 

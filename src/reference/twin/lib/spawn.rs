@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/spawn.glsl`.
+//! Twin of `glsl/lib/optics/spawn.glsl`.
 
 use super::super::real::{Real3, U, Vec3};
 use super::super::structs::{Camera, Ray, Surface};

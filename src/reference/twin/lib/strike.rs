@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/strike.glsl`.
+//! Twin of `glsl/lib/optics/strike.glsl`.
 
 use super::super::real::{Real, Real3, float, real};
 use super::super::structs::{

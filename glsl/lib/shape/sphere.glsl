@@ -1,7 +1,7 @@
 // Ray/sphere: Haines, Guenther, Akenine-Moeller, "Precision Improvements for Ray/Sphere Intersection",
 // Ray Tracing Gems, 2019, ch. 7: the discriminant from the vector perpendicular to the ray, and the
 // roots without cancellation.
-#include "wide.glsl"
+#include "shape/double_length.glsl"
 
 // The nearest root ahead of t0 = c/q and t1 = q/a, or a negative number.
 real nearest_root(real t0, real t1) {

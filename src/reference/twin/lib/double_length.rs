@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/wide.glsl`.
+//! Twin of `glsl/lib/shape/double_length.glsl`.
 
 use super::super::real::{Real, Real3};
 use super::numeric::product_error;

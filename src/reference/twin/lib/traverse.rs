@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/trace.glsl`, and of `glsl/lib/packet.glsl`, whose rays find the same together.
+//! Twin of `glsl/lib/traverse/traverse.glsl`, and of `glsl/lib/traverse/packet.glsl`, whose rays find the same together.
 
 use super::super::real::{Real, Real3, U, is_not_finite};
 use super::super::structs::{Hit, Node, Sphere, Triangle, WideSphere};

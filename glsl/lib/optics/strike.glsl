@@ -2,9 +2,9 @@
 // the ray has. Whitted, CACM 23(6), 1980.
 // Needs FETCHES_4(triangles), FETCHES_1(flat_normals), READS(corner_normals), FETCHES_2(spheres),
 // READS(wide_spheres), FETCHES_2(materials), READS(solid_iors), READS(solid_priorities), READS(media), UPDATES(paths).
-#include "surface.glsl"
-#include "media.glsl"
-#include "fresnel.glsl"
+#include "optics/surface.glsl"
+#include "optics/media.glsl"
+#include "optics/fresnel.glsl"
 
 float greatest(vec3 v) {
     return max(v.x, max(v.y, v.z));

@@ -1,7 +1,7 @@
 // Light that reaches a surface from the lights, and what the ray adds to its sample.
-// Needs what trace.glsl needs, READS(camera), READS(lights), UPDATES(contributions), UPDATES(slots), UPDATES(paths),
+// Needs what traverse.glsl needs, READS(camera), READS(lights), UPDATES(contributions), UPDATES(slots), UPDATES(paths),
 // UPDATES(depth_counts).
-#include "surface.glsl"
+#include "optics/surface.glsl"
 
 // Largest t of an occluder: what is nearer to the light than a gap that can be resolved, twice the
 // spawn offset of a surface as large as the scene (8u + 48u in a frame of radius 1), is at the light.
@@ -14,7 +14,7 @@ real before_light(real3 light, real3 segment) {
 }
 
 // Light through `light`, if nothing is between: intensity * cos / distance^2. On a software
-// device no branch around the tests: loads outside control flow are cheaper (trace.glsl), and packets are whole.
+// device no branch around the tests: loads outside control flow are cheaper (traverse.glsl), and packets are whole.
 vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_rays) {
     real3 to_light = light.position - s.position;
     real along = dot3(to_light, s.normal);

@@ -1,12 +1,12 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
 // spheres. Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(wide_spheres), FETCHES_NODES,
 // UPDATES(counters).
-#include "numeric.glsl"
-#include "triangle.glsl"
-#include "sphere.glsl"
-#include "box.glsl"
+#include "base/numeric.glsl"
+#include "shape/triangle.glsl"
+#include "shape/sphere.glsl"
+#include "shape/box.glsl"
 #ifdef LANES
-#include "lanes.glsl"
+#include "base/lanes.glsl"
 #endif
 
 // Larger than any t in the local frame, yet finite.
@@ -226,7 +226,7 @@ const bool tree_spheres = sphere_count != 0u && loose_spheres == 0u;
 const uint DONE = 0xffffffffu;
 
 #ifdef PACKETS
-#include "packet.glsl"
+#include "traverse/packet.glsl"
 #else
 // False only where the test of a primitive finds no hit.
 bool may_hit(uint primitive, TraceRay r) {

@@ -1,7 +1,7 @@
 // Reflection and refraction rays of a surface, and the solids they are in. Whitted, CACM 23(6), 1980.
 // Needs READS(camera), READS(media), STORES_3(next_rays), WRITES(next_media), UPDATES(counters).
-#include "surface.glsl"
-#include "fresnel.glsl"
+#include "optics/surface.glsl"
+#include "optics/fresnel.glsl"
 
 // A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics.md, Shading).
 real3 above(real3 direction, real3 offset) {
