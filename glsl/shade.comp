@@ -1,6 +1,6 @@
 // Turns hits into surfaces: position, normal, medium change, share of reflection, and which
 // children the ray has. Counts the children of each workgroup, so that `scan` can place them.
-// Reads queue, rays, hits, media and the scene. Writes surfaces, totals. A survey notes the throughput
+// Reads queue, rays, hits, media and the scene. Writes surfaces, child_counts. A survey notes the throughput
 // of children that are not traced in paths.
 // One invocation per ray. Whitted, CACM 23(6), 1980.
 #version 460
@@ -22,7 +22,7 @@ READS(media)
 READS(queue)
 FETCHES_1(hits)
 STORES_4(surfaces)
-WRITES(totals)
+WRITES(child_counts)
 UPDATES(paths)
 #include "optics/strike.glsl"
 
@@ -62,5 +62,5 @@ void main() {
         store_surfaces(i, s);
     }
     // Rows of a folded dispatch may end in groups without rays; they have no total.
-    if (local == 0u && live) totals[group_index()] = reflections << 16 | refractions;
+    if (local == 0u && live) child_counts[group_index()] = reflections << 16 | refractions;
 }

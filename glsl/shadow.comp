@@ -1,6 +1,6 @@
 // Own colour of every struck surface: ambient, and one shadow ray to each light it faces. Adds the
 // weighted colour to the ray's sample, or leaves it to `gather` where several rays share a sample.
-// Reads queue, rays, surfaces and the scene. Writes contributions or slots. Counts shadow rays. A
+// Reads queue, rays, surfaces and the scene. Writes contributions or sample_radiance. Counts shadow rays. A
 // survey notes in paths what was struck, how the path goes on and which lights it sees.
 // One invocation per ray and pass; a pass takes the lights [light_begin, light_end).
 #version 460
@@ -19,7 +19,7 @@ FETCHES_3(rays)
 READS(queue)
 FETCHES_4(surfaces)
 UPDATES(contributions)
-UPDATES(slots)
+UPDATES(sample_radiance)
 UPDATES(paths)
 UPDATES(depth_counts)
 UPDATES(counters)

@@ -167,7 +167,10 @@ fn scan() {
         for case in 0..40 {
             let mut memory = state.memory.clone();
             let Specialisation { workgroup, lanes, fused, .. } = state.spec;
-            let most = memory.totals.len() as u32 * if fused == 0 { workgroup } else { lanes };
+            let most = match fused {
+                0 => memory.child_counts.len() as u32 * workgroup,
+                _ => memory.child_masks.len() as u32 * lanes,
+            };
             // Also none, one, and one more than fills groups, runs and rows.
             let count = match case {
                 0..6 => {
@@ -179,13 +182,17 @@ fn scan() {
             };
             memory.queue[0] = queue_of(count, state.spec.workgroup);
             let limit = state.spec.workgroup + 1;
-            memory.totals.iter_mut().for_each(|t| {
-                *t = match fused {
-                    0 => rng.below(limit) << 16 | rng.below(limit),
-                    // A bit for each lane's reflection ray and for its refraction ray.
-                    _ => rng.below(1 << lanes) << 16 | rng.below(1 << lanes),
-                }
-            });
+            match fused {
+                0 => memory
+                    .child_counts
+                    .iter_mut()
+                    .for_each(|t| *t = rng.below(limit) << 16 | rng.below(limit)),
+                // A bit for each lane's reflection ray and for its refraction ray.
+                _ => memory
+                    .child_masks
+                    .iter_mut()
+                    .for_each(|t| *t = rng.below(1 << lanes) << 16 | rng.below(1 << lanes)),
+            }
             memory.depth_counts.iter_mut().for_each(|d| d.traced = rng.below(100));
             let capacity = if case % 3 == 0 { rng.below(2 * count + 2) } else { u32::MAX };
             let push = Push { capacity, ..state.push() };
@@ -205,10 +212,10 @@ fn sum(memory: &Memory, spec: &Specialisation) -> u32 {
     let groups =
         memory.offsets.iter().take_while(|o| **o != whitted::reference::twin::single::POISON).count();
     match spec.fused {
-        0 => memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum(),
+        0 => memory.child_counts[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum(),
         _ => {
             let words = groups * (spec.workgroup / spec.lanes) as usize;
-            memory.totals[..words].iter().map(|t| t.count_ones()).sum()
+            memory.child_masks[..words].iter().map(|t| t.count_ones()).sum()
         }
     }
 }
@@ -266,8 +273,8 @@ fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
             memory.materials.iter_mut().for_each(|m| (m.fresnel_kind, m.fresnel) = (FRESNEL_CONSTANT, 1.0));
         }
         for i in 0..state.count() {
-            memory.places[i] = i as u32;
-            memory.places.swap(i, rng.below(i as u32 + 1) as usize);
+            memory.ray_indices[i] = i as u32;
+            memory.ray_indices.swap(i, rng.below(i as u32 + 1) as usize);
         }
         (memory, Push { depth, last_depth: 3, ..state.lights(0, state.spec.light_count) })
     })
@@ -319,13 +326,13 @@ fn trace_known_shapes() {
 fn gather() {
     each_state(0..4, |bench, state, rng, what| {
         let mut memory = state.memory.clone();
-        let mut slot = 0;
+        let mut sample_index = 0;
         for i in 0..state.count() {
-            slot += u32::from(rng.below(3) == 0);
+            sample_index += u32::from(rng.below(3) == 0);
             let scale = rng.pick(&[1.0, 1e-30, 1e30, -1.0, 1e-40, 3e38, f32::INFINITY, f32::NAN, 0.0, -0.0]);
-            memory.contributions[i] = Contribution { light: rng.vector().map(|c| c * scale), slot };
+            memory.contributions[i] = Contribution { light: rng.vector().map(|c| c * scale), sample_index };
         }
-        memory.slots.iter_mut().for_each(|s| *s = rng.vector());
+        memory.sample_radiance.iter_mut().for_each(|s| *s = rng.vector());
         check(bench, state, &memory, Kernel::Gather, &state.push(), what);
     });
 }
@@ -336,7 +343,7 @@ fn resolve() {
         let mut memory = state.memory.clone();
         // What sums of cut throughput may overflow: the high word must take over.
         memory.marks.iter_mut().for_each(|m| m.cut_low = u32::MAX - rng.below(1 << 31));
-        for s in &mut memory.slots {
+        for s in &mut memory.sample_radiance {
             let scale = rng.pick(&[1.0, 1.0, 1e-8, 1e8, 1e-40, 3e38, f32::NAN, 0.0, -0.0]);
             *s = rng.vector().map(|c| c * scale);
         }
@@ -358,8 +365,8 @@ fn one_flipped_bit_anywhere_is_seen() {
     memory.depth_counts.iter_mut().for_each(|d| d.shadow = 3);
     memory.film.iter_mut().for_each(|f| f.sum = [1.0; 3]);
     memory.self_test.fill(1.0);
-    memory.contributions.fill(Contribution { light: [1.0; 3], slot: 1 });
-    memory.slots.fill([1.0; 3]);
+    memory.contributions.fill(Contribution { light: [1.0; 3], sample_index: 1 });
+    memory.sample_radiance.fill([1.0; 3]);
     assert!(differences(&memory, &memory.clone()).is_empty());
     for (name, _, buffer) in BUFFERS {
         let mut other = memory.clone();

@@ -309,7 +309,7 @@ fn batch(
         for c in 0..3 {
             bytes[ray.at(i, "throughput") + 4 * c..][..4].copy_from_slice(&1f32.to_le_bytes());
         }
-        bytes[ray.at(i, "slot")..][..4].copy_from_slice(&(i as u32).to_le_bytes());
+        bytes[ray.at(i, "sample_index")..][..4].copy_from_slice(&(i as u32).to_le_bytes());
         let skip = r.skip.map_or(abi::NONE, |id| ids.primitive(id));
         bytes[ray.at(i, "skip")..][..4].copy_from_slice(&skip.to_le_bytes());
         match r.media {

@@ -383,8 +383,8 @@ impl Plan {
                     Buf::Rays | Buf::NextRays => places,
                     Buf::Hits | Buf::Surfaces if fused => 1,
                     Buf::Hits | Buf::Surfaces => capacity,
-                    Buf::Places if fused && deep => capacity,
-                    Buf::Places => 1,
+                    Buf::RayIndices if fused && deep => capacity,
+                    Buf::RayIndices => 1,
                     Buf::Contributions
                         if packed.branching && deep || packed.lights.len() as u32 > self.lights_per_pass =>
                     {
@@ -392,9 +392,11 @@ impl Plan {
                     }
                     Buf::Contributions => 1,
                     Buf::Media | Buf::NextMedia => places * media,
-                    Buf::Totals if fused => groups * masks,
-                    Buf::Totals | Buf::Offsets => groups,
-                    Buf::Slots => batch,
+                    Buf::ChildMasks if fused => groups * masks,
+                    Buf::ChildCounts if fused => 1,
+                    Buf::ChildMasks => 1,
+                    Buf::ChildCounts | Buf::Offsets => groups,
+                    Buf::SampleRadiance => batch,
                     Buf::Film => tile * u64::from(self.specialisation.replicates),
                     Buf::Paths if self.specialisation.survey != 0 => batch,
                     Buf::Pixels | Buf::Marks if self.specialisation.survey != 0 => tile,

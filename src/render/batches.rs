@@ -31,11 +31,12 @@ const TRANSIENT: &[Buf] = &[
     Buf::NextQueue,
     Buf::Hits,
     Buf::Surfaces,
-    Buf::Totals,
+    Buf::ChildCounts,
+    Buf::ChildMasks,
     Buf::Offsets,
-    Buf::Places,
+    Buf::RayIndices,
     Buf::Contributions,
-    Buf::Slots,
+    Buf::SampleRadiance,
     Buf::Paths,
 ];
 

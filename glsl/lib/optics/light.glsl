@@ -1,5 +1,5 @@
 // Light that reaches a surface from the lights, and what the ray adds to its sample.
-// Needs what traverse.glsl needs, READS(camera), READS(lights), UPDATES(contributions), UPDATES(slots), UPDATES(paths),
+// Needs what traverse.glsl needs, READS(camera), READS(lights), UPDATES(contributions), UPDATES(sample_radiance), UPDATES(paths),
 // UPDATES(depth_counts).
 #include "optics/surface.glsl"
 
@@ -78,11 +78,11 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     if (counted > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, counted);
     if (!mine) return;
     if (survey != 0u) {
-        uint slot = ray.slot;
+        uint sample_index = ray.sample_index;
         uint kind = hit ? s.flags & ((1u << PREFIX_SHIFT) - 1u) : 0u;
-        atomicAdd(paths[slot].hash, pcg4d(uvec4(id_of(s.primitive), kind, push.depth, push.light_begin << 8u | seen)).x);
-        atomicAdd(paths[slot].rays, shadow_rays + (first ? 1u : 0u));
-        atomicMax(paths[slot].depth, push.depth);
+        atomicAdd(paths[sample_index].hash, pcg4d(uvec4(id_of(s.primitive), kind, push.depth, push.light_begin << 8u | seen)).x);
+        atomicAdd(paths[sample_index].rays, shadow_rays + (first ? 1u : 0u));
+        atomicMax(paths[sample_index].depth, push.depth);
     }
     if (!last) {
         contributions[i].light = light;
@@ -93,9 +93,9 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
     // At depth 1 a sample has one ray, which begins its sum.
     bool begins = push.depth == 1u;
     if (branching != 0u && !begins) {
-        contributions[i] = Contribution(weighted, ray.slot);
+        contributions[i] = Contribution(weighted, ray.sample_index);
     } else {
-        vec3 sum = branching != 0u || begins ? vec3(0.0) : slots[ray.slot];
-        slots[ray.slot] = sum + weighted;
+        vec3 sum = branching != 0u || begins ? vec3(0.0) : sample_radiance[ray.sample_index];
+        sample_radiance[ray.sample_index] = sum + weighted;
     }
 }

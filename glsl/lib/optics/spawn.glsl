@@ -44,13 +44,13 @@ void spawn(Surface s, Ray ray, float secondary, uint from, uint to) {
     float shift = camera[0].origin_shift;
     if ((s.flags & CHILD_REFLECTED) != 0u) {
         real3 w = above(reflected(d, s.normal, s.cosine), s.offset);
-        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, s.share * throughput, 0u));
+        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.sample_index, skip, s.share * throughput, 0u));
         keep_media(from, to);
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
         real3 w = s.eta == 1.0 && defect != DEFECT_EQUAL_INDICES ? d : refracted(d, s.normal, s.eta, s.cosine);
-        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, (1.0 - s.share) * throughput, 0u));
+        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.sample_index, skip, (1.0 - s.share) * throughput, 0u));
         if (s.solid != 0u) {
             change_media(from, to, s.solid, (s.flags & LEAVES) != 0u);
         } else {

@@ -11,15 +11,15 @@ float greatest(vec3 v) {
 }
 
 // Notes the throughput of a ray that is not traced, rounded up.
-void note_cut(uint slot, float throughput) {
-    if (survey != 0u) atomicAdd(paths[slot].cut, uint(throughput * float(CUT_ONE)) + 1u);
+void note_cut(uint sample_index, float throughput) {
+    if (survey != 0u) atomicAdd(paths[sample_index].cut, uint(throughput * float(CUT_ONE)) + 1u);
 }
 
 // `kind` if a child of this throughput is traced.
-uint child(uint slot, uint kind, float throughput) {
+uint child(uint sample_index, uint kind, float throughput) {
     if (!(throughput > 0.0)) return 0u;
     if (push.depth < push.last_depth && !(throughput < push.cutoff)) return kind;
-    note_cut(slot, throughput);
+    note_cut(sample_index, throughput);
     return 0u;
 }
 
@@ -76,7 +76,7 @@ Surface strike(uint i, Ray ray, Hit h, out Material m) {
                 s.share = 0.0;
                 bool last = push.depth == push.last_depth;
                 s.flags |= PASSES | (last ? 0u : CHILD_REFRACTED);
-                if (last) note_cut(ray.slot, greatest(ray.throughput));
+                if (last) note_cut(ray.sample_index, greatest(ray.throughput));
                 return s;
             }
             // Entering: of equal priority, the solid entered last is the medium.
@@ -94,7 +94,7 @@ Surface strike(uint i, Ray ray, Hit h, out Material m) {
     bool bailout = defect == DEFECT_BAILOUT && w < 1.0 / 255.0;
     if (m.secondary > 0.0 && !bailout) {
         w *= m.secondary;
-        s.flags |= child(ray.slot, CHILD_REFLECTED, s.share * w) | child(ray.slot, CHILD_REFRACTED, (1.0 - s.share) * w);
+        s.flags |= child(ray.sample_index, CHILD_REFLECTED, s.share * w) | child(ray.sample_index, CHILD_REFRACTED, (1.0 - s.share) * w);
     }
     return s;
 }

@@ -139,7 +139,7 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         Buf::NextMedia,
         Buf::Hits,
         Buf::Surfaces,
-        Buf::Places,
+        Buf::RayIndices,
         Buf::Contributions,
     ];
     let in_queue: u64 = queue.iter().map(|b| plan.buffer_bytes[*b as usize]).sum();

@@ -72,7 +72,7 @@ pub fn spawn(
     let child = |w: Real3, weight: f32| Ray {
         origin: spawn_origin(position, offset, w, fixed, shift).into(),
         direction: w.into(),
-        slot: ray.slot,
+        sample_index: ray.sample_index,
         skip,
         throughput: (weight * throughput).into(),
         pad: 0,
