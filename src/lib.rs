@@ -21,6 +21,8 @@ pub mod bvh;
 pub mod coincident;
 pub mod found;
 pub mod pack;
+#[cfg(feature = "defects")]
+#[doc(hidden)]
 pub mod defect;
 pub mod general;
 pub mod reach;

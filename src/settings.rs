@@ -1,6 +1,5 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
-use crate::defect::Defect;
 use crate::general::General;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -109,8 +108,6 @@ pub struct Settings {
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size, and each pixel is the
     /// same as in the whole image.
     pub crop: Option<[u32; 4]>,
-    /// A planted defect, for the tests of the tests.
-    pub planted: Option<Defect>,
     /// How the work is cut; never changes a bit of the image.
     pub schedule: Schedule,
 }
@@ -130,7 +127,6 @@ impl Settings {
             precision: Precision::default(),
             origin: Origin::default(),
             crop: None,
-            planted: None,
             schedule: Schedule::default(),
         }
     }

@@ -1,12 +1,12 @@
 //! Scene to flat arrays: everything the kernels see, in the local frame, rounded to f32 once.
 
+mod recipe;
 mod rounding;
 mod solids;
 mod triangles;
 
 use crate::abi::{self, double};
 use crate::bvh::{self, Bvh, Cache, CompressedNode, Forms, Prim, Wanted};
-use crate::defect::Defect;
 use crate::found::{self, Found};
 use crate::frame::{Bounds, LocalFrame};
 use crate::general::Feature;
@@ -14,6 +14,7 @@ use crate::reach::Reach;
 use crate::scene::{Fresnel, Scene};
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
+pub(crate) use recipe::Recipe;
 pub(crate) use rounding::WIDE_RADII;
 use rounding::{Rounding, wide_sphere};
 use solids::{Solid, media};
@@ -87,17 +88,23 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force_max: usize) -> Packe
 
 /// The same with `forms` of the hierarchy's nodes (`plan::Limits::forms` knows which a device needs).
 pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, forms: Forms) -> Packed {
+    pack_by(Recipe::of(scene), scene, settings, brute_force_max, forms)
+}
+
+/// The same by a recipe made for `scene`.
+pub(crate) fn pack_by(
+    recipe: Recipe,
+    scene: &Scene,
+    settings: &Settings,
+    brute_force_max: usize,
+    forms: Forms,
+) -> Packed {
     let precision = settings.precision;
-    let planted = |d: Defect| settings.planted == Some(d);
     let on = |f: Feature| settings.schedule.general.has(f);
-    let mut frame = LocalFrame::of(scene);
-    if planted(Defect::WorldFrame) {
-        frame = LocalFrame::world(&frame);
-    }
+    let Recipe { frame, padding, degenerate_normal, single_radii } = recipe;
     let eye = frame.point(scene.camera.look_from);
-    let round = Rounding { precision, padding: if planted(Defect::TightBoxes) { 0.0 } else { bvh::PADDING } };
+    let round = Rounding { precision, padding };
     let mut solids = Vec::new();
-    let degenerate_normal = planted(Defect::KeepDegenerate).then_some(DVec3::Y);
     let triangles = Triangles::new(scene, &frame, round, degenerate_normal, eye, &mut solids);
     let Kept { mut prims, degenerate, mut exact } = triangles.kept();
     let (count, flat_count) = (prims.len(), triangles.len() as u32);
@@ -120,8 +127,7 @@ pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, fo
             0
         };
         let rounded = round.point(center);
-        let is_wide =
-            precision != Precision::Fast && !planted(Defect::NoWide) && !WIDE_RADII.contains(&radius);
+        let is_wide = precision != Precision::Fast && !single_radii.contains(&radius);
         let (radius, wide) = if is_wide {
             wide_spheres.push(wide_sphere(center, radius, round));
             // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
@@ -205,9 +211,6 @@ pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, fo
     let media_capacity = at_once.max(least);
     eye_media.resize(media_capacity as usize, 0);
     let eye_in = solids.iter().filter(|s| s.contains_eye).count();
-    if planted(Defect::EyeInAir) {
-        eye_media.fill(0);
-    }
     let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
     let branching = used().any(branches);
     let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
@@ -285,10 +288,7 @@ impl Packed {
         let forward = (c.look_at - c.look_from).normalize();
         let right = forward.cross(c.up).normalize();
         let up = right.cross(forward);
-        let (eye, mut advance) = self.frame.eye(c, forward);
-        if settings.planted == Some(Defect::EyeOrigin) {
-            advance = 0.0;
-        }
+        let (eye, advance) = self.frame.eye(c, forward);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();

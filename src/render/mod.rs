@@ -17,8 +17,11 @@ pub(crate) use tile::{Tile, tiles};
 pub use unfinished::{Begun, Mismatch, Unfinished};
 
 use crate::coincident;
-use crate::kernels::Kernel;
-use crate::pack::{Packed, pack_forms};
+#[cfg(feature = "defects")]
+use crate::defect::Defect;
+use crate::frame::LocalFrame;
+use crate::kernels::{Kernel, KernelSet};
+use crate::pack::{Packed, Recipe, pack_by};
 use crate::plan::{self, Plan, PlanError};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
@@ -116,6 +119,8 @@ pub struct Renderer {
     variants: BTreeMap<Variant, Rc<Pipelines>>,
     arithmetic: SelfTest,
     opened: Duration,
+    kernels: KernelSet,
+    recipe: fn(&Scene) -> Recipe,
     brute_force: Option<bool>,
     omitted_barrier: Option<Kernel>,
     poison: bool,
@@ -134,6 +139,8 @@ impl Renderer {
             arithmetic,
             variants: BTreeMap::new(),
             opened: start.elapsed(),
+            kernels: KernelSet::SHIPPED,
+            recipe: Recipe::of,
             brute_force: None,
             omitted_barrier: None,
             poison: false,
@@ -185,7 +192,21 @@ impl Renderer {
     pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
         let limits = self.device.limits();
         let max = plan::brute_force_max(self.brute_force, settings, &limits, survey);
-        pack_forms(scene, settings, max, limits.forms(settings))
+        pack_by((self.recipe)(scene), scene, settings, max, limits.forms(settings))
+    }
+
+    /// The frame that the kernels see `scene` in.
+    pub(crate) fn frame(&self, scene: &Scene) -> LocalFrame {
+        (self.recipe)(scene).frame
+    }
+
+    /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
+    /// of them, none switched on.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn plant(&mut self, defect: Defect) {
+        self.kernels = KernelSet::planted(defect);
+        self.recipe = Recipe::planted(defect);
     }
 
     pub(crate) fn forced_brute_force(&self) -> Option<bool> {
@@ -308,11 +329,11 @@ impl Renderer {
     ) -> Result<(Rc<Pipelines>, bool), RenderError> {
         let double = precision == Precision::Double;
         let (kernels, s) = (plan.kernels(), &plan.specialisation);
-        let key = (double, kernels.clone(), s.values());
+        let key = (double, kernels.clone(), self.kernels.values(s));
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, kernels.into_iter(), s, double)?);
+        let built = Rc::new(Pipelines::new(&self.device, self.kernels, kernels.into_iter(), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }

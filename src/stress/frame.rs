@@ -3,7 +3,6 @@
 use super::case::{Case, Figure, Harness};
 use super::shapes::{moved, room};
 use crate::cpu::oracle::Oracle;
-use crate::defect::Defect;
 use crate::measure::metrics::{edge_length, mismatch_bound};
 use crate::render::RenderError;
 use glam::DVec3;
@@ -15,7 +14,6 @@ pub const CASES: &[Case] = &[
         does: "the room scaled by powers of two from 2^-60 to 2^60, its light with the square",
         stands_for: "absolute epsilons: POV-Ray's 1e-10 and 1e7 limits, a far plane of 1000, acne at small scales",
         bound: "exact: a power of two rounds nothing (numerics.md, Local frame)",
-        guards: &[Defect::WorldFrame],
         run: scale,
     },
     Case {
@@ -23,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "the room moved by (10^k, -10^k/2, 10^k), k = 0..9",
         stands_for: "scenes in map or CAD coordinates whose edges crumble away from the origin",
         bound: "M + 3 sqrt M + 3 pixels, M = 2 * edge length * 2^-52 10^k / footprint (numerics.md, Bounds in tests)",
-        guards: &[Defect::WorldFrame],
         run: offset,
     },
 ];

@@ -3,7 +3,7 @@
 use super::device::Device;
 use super::error::{VkError, call};
 use crate::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
-use crate::kernels::{Kernel, KernelCode};
+use crate::kernels::{Kernel, KernelCode, KernelSet};
 use ash::vk;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -37,9 +37,10 @@ pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = cr
 }
 
 impl Pipelines {
-    /// Builds a pipeline for each of `kernels`; `double` needs a device with double precision.
+    /// Builds a pipeline for each of `kernels`, compiled as in `set`; `double` needs a device with double precision.
     pub fn new(
         device: &Rc<Device>,
+        set: KernelSet,
         kernels: impl Iterator<Item = Kernel>,
         specialisation: &Specialisation,
         double: bool,
@@ -51,12 +52,12 @@ impl Pipelines {
             (false, false, true) => Form::Packet,
             (false, false, false) => Form::Single,
         };
-        let maker = Maker { raw: &device.raw, cache: device.cache, values: specialisation.values(), form };
+        let maker = Maker { raw: &device.raw, cache: device.cache, values: set.values(specialisation), form };
         // Drivers take long over a kernel, and each is on its own.
         let mut kernels: Vec<Kernel> = kernels.collect();
         kernels.sort_by_key(|k| std::cmp::Reverse(k.code().single.0.len()));
         let built: Vec<(Kernel, Result<Pipeline, VkError>)> =
-            kernels.into_par_iter().with_max_len(1).map(|k| (k, maker.build(k.code()))).collect();
+            kernels.into_par_iter().with_max_len(1).map(|k| (k, maker.build(set.code(k)))).collect();
         let mut failed = None;
         for (kernel, result) in built {
             match result {
