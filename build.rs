@@ -1,14 +1,14 @@
-//! Compiles `glsl/*.comp` to SPIR-V, checks it against `src/abi.rs`, and writes the typed kernel
+//! Compiles `glsl/*.comp` to SPIR-V, checks it against `src/kernel/abi.rs`, and writes the typed kernel
 //! table `kernels.rs`. With the feature `defects`, the same once more in the folder `defects` from
-//! sources with planted mistakes (`src/defect.rs`).
+//! sources with planted mistakes (`src/kernel/defects.rs`).
 
-#[path = "src/abi.rs"]
+#[path = "src/kernel/abi.rs"]
 #[allow(dead_code, unused_imports)]
 mod abi;
-#[path = "src/defect.rs"]
+#[path = "src/kernel/defects.rs"]
 #[allow(dead_code)]
-mod defect;
-#[path = "src/spirv.rs"]
+mod defects;
+#[path = "src/kernel/spirv.rs"]
 #[allow(dead_code)]
 mod spirv;
 
@@ -17,9 +17,9 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
 fn main() {
-    println!("cargo:rerun-if-changed=src/abi.rs");
-    println!("cargo:rerun-if-changed=src/defect.rs");
-    println!("cargo:rerun-if-changed=src/spirv.rs");
+    println!("cargo:rerun-if-changed=src/kernel/abi.rs");
+    println!("cargo:rerun-if-changed=src/kernel/defects.rs");
+    println!("cargo:rerun-if-changed=src/kernel/spirv.rs");
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/lib");
     // The log of HEAD grows with every commit, HEAD itself only changes with the branch.
@@ -186,7 +186,7 @@ fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct], form: &str) -> 
 fn read(path: &Path, planted: bool) -> Result<String, String> {
     let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
     match path.file_name().and_then(|name| name.to_str()) {
-        Some(name) if planted => defect::plant(name, &text),
+        Some(name) if planted => defects::plant(name, &text),
         _ => Ok(text),
     }
 }
@@ -200,7 +200,7 @@ fn compile(
     let source = read(path, planted)?;
     let mut abi_glsl = abi_glsl.to_owned();
     if planted {
-        let _ = writeln!(abi_glsl, "layout(constant_id = {}) const uint defect = 0u;", defect::ID);
+        let _ = writeln!(abi_glsl, "layout(constant_id = {}) const uint defect = 0u;", defects::ID);
     }
     let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);

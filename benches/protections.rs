@@ -1,12 +1,12 @@
 //! What each protection of the kernels costs: `cargo bench --bench protections` renders with one
-//! protection left out at a time, by the planted mistakes of `whitted::defect`, and prints the device
+//! protection left out at a time, by the planted mistakes of `whitted::kernel::defects`, and prints the device
 //! times as Markdown.
 
-use whitted::defect::Defect;
+use whitted::kernel::defects::Defect;
+use whitted::lab::stress::page::PageError;
 use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Precision};
-use whitted::stress::page::cost::{Variant, measure};
-use whitted::stress::page::PageError;
+use whitted::lab::stress::page::cost::{Variant, measure};
 
 /// A row, and the mistake that is planted for it.
 macro_rules! without {

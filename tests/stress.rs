@@ -1,10 +1,10 @@
 //! The extremes: every case passes on the device at every precision it is for, and fails when the
 //! mistake it guards against is put back.
 
-use whitted::defect::Defect::{self, *};
+use whitted::kernel::defects::Defect::{self, *};
+use whitted::lab::stress::{Harness, Tracer, Twins, cases};
 use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Origin, Precision};
-use whitted::stress::{Harness, Tracer, Twins, cases};
 
 /// Planted mistakes that make a case fail.
 const GUARDS: &[(&str, &[Defect])] = &[

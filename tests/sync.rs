@@ -7,10 +7,10 @@
 mod common;
 
 use common::{render, scenes, small};
-use whitted::abi::Buf;
-use whitted::general::{Feature, General};
-use whitted::kernels::Kernel;
+use whitted::kernel::abi::Buf;
+use whitted::kernel::table::Kernel;
 use whitted::render::Renderer;
+use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 fn validated() -> Renderer {
@@ -54,7 +54,7 @@ fn a_missing_barrier_is_reported() {
         (Kernel::Place, Buf::Places, &fused),
     ] {
         let mut renderer = validated();
-        renderer.omit_barrier_after(Some(kernel));
+        renderer.omit_barrier_after(kernel);
         let settings = Settings { schedule: *schedule, ..small(&scene, 8, 1, 0) };
         render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();

@@ -1,40 +1,41 @@
 //! Settings and a scene in, an image and a report out.
 
-mod frame;
-mod share;
+mod batches;
+mod resume_state;
+pub mod samples;
+pub mod self_test;
+mod submit_log;
 mod survey;
 mod tally;
-mod tile;
-mod trace;
-mod unfinished;
+mod trial;
 mod upload;
 
-pub(crate) use frame::mean;
-pub use share::{Run, Share};
+pub(crate) use crate::plan::tiles::{Tile, tiles};
+pub(crate) use batches::mean;
+pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
 pub(crate) use tally::settings_info;
-pub(crate) use tile::{Tile, tiles};
-pub use unfinished::{Begun, Mismatch, Unfinished};
+pub use trial::{Run, Share};
 
-use crate::coincident;
 #[cfg(feature = "defects")]
-use crate::defect::Defect;
-use crate::frame::LocalFrame;
-use crate::kernels::{Kernel, KernelSet};
-use crate::pack::{Packed, Recipe, pack_by};
+use crate::kernel::defects::Defect;
+use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::{self, Plan, PlanError};
+use crate::prepare::coincident_solids;
+use crate::prepare::local_frame::LocalFrame;
+use crate::prepare::{Packed, Recipe, pack_by};
+use crate::report::timeline::{FrameTrace, Phase};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
-use crate::selftest::{self, SelfTest};
 use crate::settings::{DeviceChoice, Precision, Settings};
-use crate::timeline::{FrameTrace, Phase};
 use crate::vk::{Device, Pipelines, VkError};
-use frame::Drawn;
-pub(crate) use frame::Frame;
+use batches::Drawn;
+pub(crate) use batches::Frame;
+use resume_state::Identity;
+use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
-use unfinished::Identity;
 
 /// An image with the story of its making.
 #[derive(Debug, Clone)]
@@ -122,7 +123,6 @@ pub struct Renderer {
     kernels: KernelSet,
     recipe: fn(&Scene) -> Recipe,
     brute_force: Option<bool>,
-    omitted_barrier: Option<Kernel>,
     poison: bool,
     keep_submits: bool,
     trace: FrameTrace,
@@ -133,7 +133,7 @@ impl Renderer {
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
         let start = Instant::now();
         let device = Rc::new(Device::new(choice, validate)?);
-        let arithmetic = selftest::known(&device)?;
+        let arithmetic = self_test::known(&device)?;
         Ok(Renderer {
             device,
             arithmetic,
@@ -142,7 +142,6 @@ impl Renderer {
             kernels: KernelSet::SHIPPED,
             recipe: Recipe::of,
             brute_force: None,
-            omitted_barrier: None,
             poison: false,
             keep_submits: false,
             trace: FrameTrace::default(),
@@ -209,13 +208,12 @@ impl Renderer {
         self.recipe = Recipe::planted(defect);
     }
 
-    pub(crate) fn forced_brute_force(&self) -> Option<bool> {
-        self.brute_force
-    }
-
-    /// Plants a missing barrier, for a test of the validation.
-    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
-        self.omitted_barrier = kernel;
+    /// From now on renders without the barrier after `kernel`, for a test of the validation.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn omit_barrier_after(&mut self, kernel: Kernel) {
+        self.kernels = KernelSet::without_barrier_after(kernel);
+        self.variants.clear();
     }
 
     /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
@@ -277,7 +275,6 @@ impl Renderer {
         let start = Instant::now();
         let (pipelines, fresh) = self.pipelines(&plan, settings.precision)?;
         let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
-        frame.recorder.omit_barrier_after(self.omitted_barrier);
         frame.poison = self.poison;
         if fresh {
             frame.warm_up()?;
@@ -308,7 +305,7 @@ impl Renderer {
             .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
         report.device = device;
         report.warnings = warnings;
-        report.warnings.extend(coincident::warnings(scene));
+        report.warnings.extend(coincident_solids::warnings(scene));
         Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
     }
 

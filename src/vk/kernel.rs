@@ -2,8 +2,8 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
-use crate::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
-use crate::kernels::{Kernel, KernelCode, KernelSet};
+use crate::kernel::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
+use crate::kernel::table::{Kernel, KernelCode, KernelSet};
 use ash::vk;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -21,17 +21,18 @@ pub(super) struct Pipeline {
 pub struct Pipelines {
     device: Rc<Device>,
     pipelines: BTreeMap<Kernel, Pipeline>,
+    set: KernelSet,
     double: bool,
 }
 
 /// Buffers a kernel touches, in binding order.
-pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
+pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::kernel::abi::Buf> {
     let used = kernel.code().reads | kernel.code().writes;
     BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
 }
 
 /// Buffers a kernel may also read as texels, in binding order; none in double precision.
-pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = crate::abi::Buf> {
+pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = crate::kernel::abi::Buf> {
     let used = if double { 0 } else { code.texels };
     BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
 }
@@ -45,7 +46,7 @@ impl Pipelines {
         specialisation: &Specialisation,
         double: bool,
     ) -> Result<Pipelines, VkError> {
-        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), double };
+        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), set, double };
         let form = match (double, specialisation.few_known != 0, specialisation.lanes != 0) {
             (true, ..) => Form::Double,
             (false, true, _) => Form::Few,
@@ -70,6 +71,11 @@ impl Pipelines {
         }
         device.store_pipeline_cache();
         Ok(all)
+    }
+
+    /// The set that they were built from.
+    pub(super) fn set(&self) -> &KernelSet {
+        &self.set
     }
 
     /// Whether they compute in double precision.
