@@ -4,9 +4,9 @@
 
 use whitted::kernel::defects::Defect;
 use whitted::lab::stress::page::PageError;
+use whitted::lab::stress::page::cost::{Variant, measure};
 use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Precision};
-use whitted::lab::stress::page::cost::{Variant, measure};
 
 /// A row, and the mistake that is planted for it.
 macro_rules! without {

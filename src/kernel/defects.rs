@@ -243,15 +243,13 @@ defects! {
             "Ray(c.origin + c.advance * (planted ? -c.forward : lateral),";
     }
 
-    /// The eye is taken to be outside all solids.
-    EyeInAir {
-        "generate.comp": "= eye_media[j];" => "= planted ? 0u : eye_media[j];";
-    }
-
     /// Boxes are not padded; of the host as well.
     TightBoxes {
         "box.glsl": "PAD = " => "PAD = planted ? 0.0 : ";
     }
+
+    /// The eye is taken to be outside all solids. Of the host.
+    EyeInAir {}
 
     /// Kernels see the user's coordinates. Of the host.
     WorldFrame {}

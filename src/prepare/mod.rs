@@ -108,8 +108,7 @@ pub(crate) fn pack_by(
 ) -> Packed {
     let precision = settings.precision;
     let on = |f: Feature| settings.schedule.general.has(f);
-    let Recipe { frame, padding, degenerate_normal, single_radii } = recipe;
-    let eye = frame.point(scene.camera.look_from);
+    let Recipe { frame, eye, padding, degenerate_normal, single_radii } = recipe;
     let round = Rounding { precision, padding };
     let mut solids = Vec::new();
     let triangles = Triangles::new(scene, &frame, round, degenerate_normal, eye, &mut solids);

@@ -11,6 +11,8 @@ use std::ops::RangeInclusive;
 pub(crate) struct Recipe {
     /// Coordinates of the arrays.
     pub frame: LocalFrame,
+    /// Where the eye is in them; tells which solids it is in.
+    pub eye: DVec3,
     /// Enlargement of boxes, relative to the larger of 1 and the coordinate.
     pub padding: f64,
     /// Normal of triangles without area; `None` drops these triangles.
@@ -22,8 +24,13 @@ pub(crate) struct Recipe {
 impl Recipe {
     /// The sound one.
     pub fn of(scene: &Scene) -> Recipe {
+        Recipe::within(LocalFrame::of(scene), scene)
+    }
+
+    fn within(frame: LocalFrame, scene: &Scene) -> Recipe {
         Recipe {
-            frame: LocalFrame::of(scene),
+            frame,
+            eye: frame.point(scene.camera.look_from),
             padding: bvh::PADDING,
             degenerate_normal: None,
             single_radii: WIDE_RADII,
@@ -43,10 +50,8 @@ mod planted {
         /// What makes the recipe with `defect` in it.
         pub(crate) fn planted(defect: Defect) -> fn(&crate::scene::Scene) -> Recipe {
             match defect {
-                Defect::WorldFrame => |scene| {
-                    let sound = Recipe::of(scene);
-                    Recipe { frame: world(&sound.frame), ..sound }
-                },
+                Defect::WorldFrame => |scene| Recipe::within(world(&LocalFrame::of(scene)), scene),
+                Defect::EyeInAir => |scene| Recipe { eye: DVec3::INFINITY, ..Recipe::of(scene) },
                 Defect::TightBoxes => |scene| Recipe { padding: 0.0, ..Recipe::of(scene) },
                 Defect::KeepDegenerate => {
                     |scene| Recipe { degenerate_normal: Some(DVec3::Y), ..Recipe::of(scene) }
