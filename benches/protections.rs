@@ -30,7 +30,7 @@ const VARIANTS: [Variant; 9] = [
 #[allow(clippy::print_stdout)]
 fn main() -> Result<(), PageError> {
     let mut renderer = Renderer::new(&DeviceChoice::Best, false)?;
-    let cost = measure(&mut renderer, &VARIANTS)?;
+    let cost = measure(&mut renderer, &VARIANTS, &|| false)?;
     let device = renderer.device().info();
     println!("# What single protections cost\n");
     println!("Made by `cargo bench --bench protections`.\n");

@@ -2,12 +2,12 @@
 //! just before it. The page compares the precisions; `benches/protections.rs` leaves out single
 //! protections by planted mistakes.
 
-use super::{PageError, running};
+use super::{PageError, Stop, running};
 use crate::lab::markdown::table;
-use crate::lab::stress::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
 use crate::render::{Quiet, Renderer};
 use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
 use crate::scene::procedural::{displaced_sphere, frequency, sphereflake};
 use crate::settings::{Precision, Settings};
 use crate::stats::quartiles;
@@ -78,15 +78,15 @@ fn rock() -> Scene {
 /// itself, the noise. Double precision is left out where the device has none.
 ///
 /// # Errors
-/// If the device fails, or the user interrupts.
-pub fn measure(renderer: &mut Renderer, variants: &[Variant]) -> Result<Cost, PageError> {
+/// If the device fails, or `stop` says so.
+pub fn measure(renderer: &mut Renderer, variants: &[Variant], stop: Stop<'_>) -> Result<Cost, PageError> {
     let double = renderer.device().has_double();
     let variants: Vec<Variant> =
         variants.iter().copied().filter(|v| double || v.precision != Precision::Double).collect();
     let mut scenes = Vec::new();
     for scene in [room(), flake(), rock()] {
         let mut seconds = |variant: &Variant| {
-            running()?;
+            running(stop)?;
             (variant.prepare)(renderer);
             let settings = Settings {
                 width: SIDE,
