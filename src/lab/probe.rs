@@ -5,7 +5,7 @@ use crate::kernel::abi::{self, Buf, GpuStruct, Queue, Specialisation};
 use crate::kernel::table::Kernel;
 use crate::plan::passes::{PER_DEPTH, Pass};
 use crate::plan::{Limits, Plan, PlannedScene, element_bytes};
-use crate::prepare::Packed;
+use crate::prepare::{Packed, Recipe};
 use crate::reference::twin::single::Memory;
 use crate::render::{Frame, RenderError, Renderer};
 use crate::scene::Scene;
@@ -229,14 +229,21 @@ impl Bank for OnTwins {
 struct Probe(PlannedScene);
 
 impl Probe {
-    fn new(scene: &Scene, settings: &Settings, rays: usize, forced: Option<bool>, limits: &Limits) -> Probe {
+    fn new(
+        recipe: Recipe,
+        scene: &Scene,
+        settings: &Settings,
+        rays: usize,
+        forced: Option<bool>,
+        limits: &Limits,
+    ) -> Probe {
         let width = rays.clamp(1, BATCH) as u32;
         let mut settings =
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none; what is between the stages is read.
         settings.schedule.general =
             settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
-        Probe(PlannedScene::for_twins(scene, &settings, limits, forced))
+        Probe(PlannedScene::for_twins(recipe, scene, &settings, limits, forced))
     }
 
     fn trace(&self, bank: &mut dyn Bank, rays: &[ProbeRay]) -> Result<Probed, RenderError> {
@@ -266,7 +273,7 @@ pub fn probe_twins(
     if settings.precision == Precision::Double {
         return Err(RenderError::Failed("the twins' rays can be read in single precision only".into()));
     }
-    let p = Probe::new(scene, settings, rays.len(), brute_force, limits);
+    let p = Probe::new(Recipe::of(scene), scene, settings, rays.len(), brute_force, limits);
     let (packed, plan) = (&p.0.packed, p.0.plan()?);
     let memory = Memory::new(&plan.buffer_bytes, packed, &packed.camera(scene, &p.0.settings));
     p.trace(&mut OnTwins(memory, plan.specialisation), rays)
@@ -281,7 +288,8 @@ impl Renderer {
         rays: &[ProbeRay],
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
-        let p = Probe::new(scene, settings, rays.len(), self.forced_brute_force(), &self.device().limits());
+        let (recipe, forced, limits) = (self.recipe(scene), self.forced_brute_force(), self.device().limits());
+        let p = Probe::new(recipe, scene, settings, rays.len(), forced, &limits);
         let (packed, plan) = (&p.0.packed, p.0.plan()?);
         let (pipelines, _) = self.pipelines(plan, settings.precision)?;
         let device = std::rc::Rc::clone(self.device());

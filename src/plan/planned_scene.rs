@@ -3,7 +3,7 @@
 
 use super::{Limits, Plan, PlanError, brute_force_max};
 use crate::prepare::bvh::Forms;
-use crate::prepare::{Packed, pack_forms};
+use crate::prepare::{Packed, Recipe, pack_by};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -31,32 +31,35 @@ pub struct PlannedScene {
 impl PlannedScene {
     /// For an image, its search chosen by the plan.
     pub fn new(scene: &Scene, settings: &Settings, limits: &Limits) -> PlannedScene {
-        PlannedScene::with(scene, settings, limits, Purpose::Image, None)
+        PlannedScene::with(Recipe::of(scene), scene, settings, limits, Purpose::Image, None)
     }
 
     /// For any purpose; `brute_force` tests every primitive (true) or walks the hierarchy (false), whatever the
     /// scene's size. Only the form of nodes is made that the device's rays walk.
-    pub fn with(
+    pub(crate) fn with(
+        recipe: Recipe,
         scene: &Scene,
         settings: &Settings,
         limits: &Limits,
         purpose: Purpose,
         brute_force: Option<bool>,
     ) -> PlannedScene {
-        PlannedScene::of(scene, settings, limits, purpose, brute_force, limits.forms(settings))
+        PlannedScene::of(recipe, scene, settings, limits, purpose, brute_force, limits.forms(settings))
     }
 
     /// An image for the kernels' twins, which walk one form of nodes whatever the plan says: with both forms.
-    pub fn for_twins(
+    pub(crate) fn for_twins(
+        recipe: Recipe,
         scene: &Scene,
         settings: &Settings,
         limits: &Limits,
         brute_force: Option<bool>,
     ) -> PlannedScene {
-        PlannedScene::of(scene, settings, limits, Purpose::Image, brute_force, Forms::Both)
+        PlannedScene::of(recipe, scene, settings, limits, Purpose::Image, brute_force, Forms::Both)
     }
 
     fn of(
+        recipe: Recipe,
         scene: &Scene,
         settings: &Settings,
         limits: &Limits,
@@ -66,7 +69,7 @@ impl PlannedScene {
     ) -> PlannedScene {
         let survey = purpose == Purpose::Survey;
         let most = brute_force_max(brute_force, settings, limits, survey);
-        let packed = pack_forms(scene, settings, most, forms);
+        let packed = pack_by(recipe, scene, settings, most, forms);
         let plan = Plan::build(&packed, settings, limits, survey);
         PlannedScene { packed, settings: settings.clone(), limits: *limits, plan }
     }

@@ -18,9 +18,13 @@ pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 
-use crate::kernel::table::Kernel;
+#[cfg(feature = "defects")]
+use crate::kernel::defects::Defect;
+use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::explain::explain;
 use crate::plan::{Plan, PlanError, PlannedScene, Purpose};
+use crate::prepare::Recipe;
+use crate::prepare::local_frame::LocalFrame;
 use crate::report::Report;
 use crate::report::explain::Outline;
 use crate::scene::Scene;
@@ -115,8 +119,9 @@ pub struct Renderer {
     variants: BTreeMap<Variant, Rc<Pipelines>>,
     arithmetic: SelfTest,
     opened: Duration,
+    kernels: KernelSet,
+    recipe: fn(&Scene) -> Recipe,
     brute_force: Option<bool>,
-    omitted_barrier: Option<Kernel>,
     poison: bool,
 }
 
@@ -131,8 +136,9 @@ impl Renderer {
             arithmetic,
             variants: BTreeMap::new(),
             opened: start.elapsed(),
+            kernels: KernelSet::SHIPPED,
+            recipe: Recipe::of,
             brute_force: None,
-            omitted_barrier: None,
             poison: false,
         })
     }
@@ -180,9 +186,31 @@ impl Renderer {
         self.brute_force
     }
 
-    /// Plants a missing barrier, for a test of the validation.
-    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
-        self.omitted_barrier = kernel;
+    /// How `scene` becomes arrays.
+    pub(crate) fn recipe(&self, scene: &Scene) -> Recipe {
+        (self.recipe)(scene)
+    }
+
+    /// The frame that the kernels see `scene` in.
+    pub(crate) fn frame(&self, scene: &Scene) -> LocalFrame {
+        self.recipe(scene).frame
+    }
+
+    /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
+    /// of them, none switched on.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn plant(&mut self, defect: Defect) {
+        self.kernels = KernelSet::planted(defect);
+        self.recipe = Recipe::planted(defect);
+    }
+
+    /// From now on renders without the barrier after `kernel`, for a test of the validation.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn omit_barrier_after(&mut self, kernel: Kernel) {
+        self.kernels = KernelSet::without_barrier_after(kernel);
+        self.variants.clear();
     }
 
     /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
@@ -237,7 +265,7 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings);
         self.check_precision(&settings)?;
         let limits = self.device.limits();
-        let planned = PlannedScene::with(scene, &settings, &limits, purpose, self.brute_force);
+        let planned = PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
         Ok(Built::new(planned, warnings, start))
     }
 
@@ -269,11 +297,11 @@ impl Renderer {
     ) -> Result<(Rc<Pipelines>, bool), RenderError> {
         let double = precision == Precision::Double;
         let (kernels, s) = (plan.kernels(), &plan.specialisation);
-        let key = (double, kernels.clone(), s.values());
+        let key = (double, kernels.clone(), self.kernels.values(s));
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, kernels.into_iter(), s, double)?);
+        let built = Rc::new(Pipelines::new(&self.device, self.kernels, kernels.into_iter(), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }

@@ -62,7 +62,6 @@ impl Prepared {
         let (pipelines, fresh) = renderer.pipelines(plan, settings.precision)?;
         let camera = planned.packed.camera(scene, settings);
         let mut frame = Frame::new(&renderer.device, pipelines, &planned.packed, camera, settings, plan)?;
-        frame.recorder.omit_barrier_after(renderer.omitted_barrier);
         frame.poison = renderer.poison;
         if fresh {
             frame.warm_up()?;

@@ -5,7 +5,6 @@ use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, polygon, room};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::{DQuat, DVec3};
 
 /// Cases of this file.
@@ -15,7 +14,6 @@ pub const CASES: &[Case] = &[
         does: "a turned board of stripes that fills horizontal fields of view from 179 to 1e-5 degrees: every edge in its pixel",
         stands_for: "distant eyes whose rays start on a coarse grid: CAD views with long lenses crumble",
         bound: "edges within 0.05 of 512 pixels (numerics.md, Camera); at 179 degrees the corners' rounding alone, 8u tan, is half of it",
-        guards: &[Defect::EyeOrigin],
         run: field_of_view,
     },
     Case {
@@ -23,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "an eye on a vertex, on a wall, on a ball, in a ball's centre, at the light, looking along walls, up nearly ahead",
         stands_for: "black, white or noisy frames when a camera path touches geometry",
         bound: "exact: every pixel is finite and no ray is lost to NaN (numerics.md, Camera)",
-        guards: &[Defect::LightContact],
         run: eye_places,
     },
 ];

@@ -5,7 +5,6 @@ use super::pixels::{blur, lit, sphere_hit, wrong_pixels};
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, polygon, sphere};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -15,7 +14,6 @@ pub const CASES: &[Case] = &[
         does: "a sphere's outline from 1.001 to 10^6 radii, filling the image",
         stands_for: "outlines of atan(r/D) instead of asin(r/D); spheres that crumble when far",
         bound: "exact but for 0.02 pixels about the outline (numerics.md, Closed forms)",
-        guards: &[Defect::EyeOrigin],
         run: silhouette,
     },
     Case {
@@ -23,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "a planet's horizon from heights 0.01 and 1, radius 10^6",
         stands_for: "planets in single precision: a horizon that steps or is not there",
         bound: "exact but for 0.02 pixels about the dip acos(r/(r+h)) (numerics.md, Spheres)",
-        guards: &[Defect::NoWide],
         run: horizon,
     },
     Case {
@@ -31,7 +28,6 @@ pub const CASES: &[Case] = &[
         does: "a ball on a planet of radius 10^6, its shadow beside it",
         stands_for: "acne and floating shadows at planetary scale",
         bound: "exact but for 0.02 pixels and the spawn offset about edges",
-        guards: &[Defect::NoWide, Defect::FixedOrigin],
         run: planet_shadow,
     },
     Case {
@@ -39,7 +35,6 @@ pub const CASES: &[Case] = &[
         does: "a ball on a floor under a light, two balls that touch, seen close by the point of contact",
         stands_for: "light through the point where a ball touches the floor (tantalum, issue 3)",
         bound: "exact but for 0.02 pixels and the spawn offset about edges (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
         run: touching,
     },
     Case {
@@ -47,7 +42,6 @@ pub const CASES: &[Case] = &[
         does: "two spheres around one centre, radii from 0 to 64 ulp apart, lit from the side",
         stands_for: "shells thinner than an epsilon: black rings and moire",
         bound: "exact: the inner one is never seen, nor does it shadow the outer; 0.02 pixels about edges",
-        guards: &[Defect::NoOffset],
         run: concentric,
     },
     Case {
@@ -55,7 +49,6 @@ pub const CASES: &[Case] = &[
         does: "balls of 10^-3 to 10 on a ball of 10^4, one light overhead",
         stands_for: "scenes whose scales differ: acne on the large, holes in the small",
         bound: "exact but for 0.02 pixels and the spawn offset about edges",
-        guards: &[Defect::FixedOrigin],
         run: huge_and_tiny,
     },
 ];

@@ -4,7 +4,6 @@ use super::case::{Case, Figure, Harness, Random};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, matte, mesh, room};
 use crate::scene::{Face, Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -14,7 +13,6 @@ pub const CASES: &[Case] = &[
         does: "400 pairs of coincident triangles in two colours, and 10^5 copies of one triangle of which the first differs, the pairs in two orders",
         stands_for: "z-fighting that changes with the traversal order; Embree's OverlappingGeometry",
         bound: "exact: of equal t the first in the scene's order wins (numerics.md, Boxes)",
-        guards: &[Defect::TraversalTies],
         run: coincident,
     },
     Case {
@@ -22,7 +20,6 @@ pub const CASES: &[Case] = &[
         does: "a room with coincident decals, its objects shuffled and its meshes split into one object per face",
         stands_for: "images that change when a file lists the same objects in another order",
         bound: "exact: of distinct t the least wins, of equal t the first decal, whatever lies between (numerics.md, Boxes)",
-        guards: &[Defect::TraversalTies],
         run: order,
     },
 ];

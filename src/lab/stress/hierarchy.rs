@@ -7,7 +7,6 @@ use crate::lab::probe::{ProbeHit, ProbeRay, Probed};
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, polygon, sphere};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "1, 32, 33 and 700 triangles, slivers, flat ones and spheres; slivers behind a wall; rays at random, at corners, grazing: brute force, hierarchy, and the scene's own choice",
         stands_for: "hits that a hierarchy loses or moves: svenstaro bvh 149, tinybvh 286",
         bound: "exact in id, t, weights and position: only culling differs (numerics.md, Boxes)",
-        guards: &[Defect::Unconfined],
         run: equals_brute_force,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         does: "26 axis and diagonal directions, each zero as +0 and -0, from every face, edge and corner of 27 boxes and of their padded bounds",
         stands_for: "0 * inf = NaN in slab tests, the octant of -0: tinybvh 282, svenstaro bvh 140, warp 1530",
         bound: "exact: dyadic numbers; brute force, hierarchy and exact arithmetic give one t (numerics.md, Boxes)",
-        guards: &[Defect::Octant],
         run: axis_rays,
     },
     Case {
@@ -33,7 +30,6 @@ pub const CASES: &[Case] = &[
         does: "triangles of denormal size and of none over a floor, in flat boxes",
         stands_for: "svenstaro bvh 140: a box of extent 5.693442e-39 gives NaN",
         bound: "exact: triangles without area are counted, rays stop within a pad of 2^-19 of one or of the floor, no number is NaN (numerics.md, Boxes)",
-        guards: &[Defect::KeepDegenerate],
         run: no_extent,
     },
     Case {
@@ -41,7 +37,6 @@ pub const CASES: &[Case] = &[
         does: "NaN and infinities in every component among good rays; zero, huge and opposite-signed ones besides",
         stands_for: "Embree's NaNTest and InfTest: a ray that never ends or takes its neighbours along",
         bound: "exact: counted, hit nothing, and the good rays' hits stay the same (numerics.md, Boxes)",
-        guards: &[Defect::NanAccepted],
         run: unusable_rays,
     },
     Case {
@@ -49,7 +44,6 @@ pub const CASES: &[Case] = &[
         does: "64 concentric spheres of radius 2^-i over a floor of 2^10, from between any two of them",
         stands_for: "the teapot in a stadium: stacks that overflow, spheres that vanish",
         bound: "no overflow (B7); from radius 2^-60 of the frame up, where f32 holds the square: the right sphere, t within 16u |o| (1 + tan), tan that of the angle of incidence (the vector across the ray carries 4u |o|)",
-        guards: &[Defect::ShortStack],
         run: nested,
     },
 ];

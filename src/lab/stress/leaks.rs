@@ -7,7 +7,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, light, matte};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "a wall 10^-3 thick on a floor, light at 45 degrees, its shadow's start seen from the side",
         stands_for: "shadows that start away from the object: an epsilon of 0.1 is 2 pixels here",
         bound: "exact but for 0.02 pixels and the spawn offset, (4u |p| + 24u ext) sqrt 3, about edges (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
         run: contact_shadow,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         does: "a floor seen through a clear sheet 10^-5 of the scene above it, which shadows it",
         stands_for: "epsilons that jump over thin walls",
         bound: "exact: gaps above twice the spawn offset, 8u |p| + 48u ext = 4 10^-6, let no light in (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
         run: thin_gap,
     },
     Case {
@@ -33,7 +30,6 @@ pub const CASES: &[Case] = &[
         does: "a closed mirror box, turned, hit exactly at its edges and corners: paths of 12 bounces",
         stands_for: "light that slips out where walls meet",
         bound: "exact: no path escapes (numerics.md, Spawn origins)",
-        guards: &[Defect::NoInset],
         run: corner_escape,
     },
     Case {
@@ -41,7 +37,6 @@ pub const CASES: &[Case] = &[
         does: "a closed room without light, pixels exactly on its edges, eight bright lights just outside its corners",
         stands_for: "bright seams along the edges of rooms",
         bound: "exact: every pixel black",
-        guards: &[Defect::NoInset, Defect::FixedOrigin],
         run: dark_room,
     },
     Case {
@@ -49,7 +44,6 @@ pub const CASES: &[Case] = &[
         does: "lights 8u above a floor, on it, on a corner of it, on a ball, at the eye",
         stands_for: "fireflies and NaN pixels: division by the square of no distance",
         bound: "exact: every pixel finite, the clamp counted (numerics.md, Shading)",
-        guards: &[Defect::LightContact],
         run: light_contact,
     },
     Case {
@@ -57,7 +51,6 @@ pub const CASES: &[Case] = &[
         does: "a light exactly on the ceiling of a room, straight and turned: the floor below",
         stands_for: "speckled floors: the lamp's own surface shadows it where t rounds below 1",
         bound: "exact: an occluder strictly between is none; every floor pixel lit",
-        guards: &[Defect::ToTheLight],
         run: light_on_ceiling,
     },
 ];

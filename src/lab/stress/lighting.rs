@@ -9,7 +9,6 @@ use crate::scene::procedural::shapes::{
 };
 use crate::scene::{Fresnel, Light, Scene};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// u of f32: colours are single precision whatever the kernels' numbers are.
@@ -22,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "a light at 2^-12 to 2^40 and at random places over a floor; two lights of half the power in one place",
         stands_for: "lights that fade with the wrong power or stop at a far plane",
         bound: "16u: roundings of cos / d^2 and its weights; at powers of two, and for halves, exact (numerics.md, Shading)",
-        guards: &[Defect::WorldFrame],
         run: inverse_square,
     },
     Case {
@@ -30,7 +28,6 @@ pub const CASES: &[Case] = &[
         does: "lights at distance 0, 1e-30, 1e-20, 1e-10 and 1e20, 1e38 from floor, vertex and ball",
         stands_for: "white or black blots (infinity, NaN) where a light touches a surface",
         bound: "exact: every pixel is finite; a light within the spawn offset is counted (numerics.md, Shading)",
-        guards: &[Defect::LightContact],
         run: light_contact,
     },
     Case {
@@ -38,7 +35,6 @@ pub const CASES: &[Case] = &[
         does: "a light between floor and ceiling, a blocker beside it: the shadow's edge on the floor",
         stands_for: "things behind a light that cast shadows; shadows that are detached from what casts them",
         bound: "edge at e + (e - l) b / (h - b) within half a pixel for sampling and 64u of the scene (numerics.md, Closed forms)",
-        guards: &[Defect::ShadowBeyond],
         run: light_segment,
     },
     Case {
@@ -46,7 +42,6 @@ pub const CASES: &[Case] = &[
         does: "a wall of colour 0.1 at 1, 2, 3, 16, 1000, 4096, 2^16 and 2^20 samples",
         stands_for: "images that darken with the number of samples: sums in single precision",
         bound: "1 ulp of the colour (numerics.md, Accumulation)",
-        guards: &[Defect::NaiveSum],
         run: constant_image,
     },
     Case {
@@ -54,7 +49,6 @@ pub const CASES: &[Case] = &[
         does: "an eye between two mirrors of 0.5, 0.9 and 0.99, depth 1 to 1000",
         stands_for: "recursion cut by a fixed limit or a threshold on weight, without a word",
         bound: "a (1 - rho^n) within 8u (n + 1) (numerics.md, Closed forms)",
-        guards: &[Defect::Bailout],
         run: facing_mirrors,
     },
     Case {
@@ -62,7 +56,6 @@ pub const CASES: &[Case] = &[
         does: "perfect mirror and glass balls in a uniform background",
         stands_for: "materials that make or lose light",
         bound: "mirror 4u depth; glass 1 - (1 - R) R^(depth - 2), its R within 16u and the change for 32u of height (numerics.md, Closed forms)",
-        guards: &[Defect::Bailout, Defect::SmallerRoot],
         run: furnace,
     },
     Case {
@@ -70,7 +63,6 @@ pub const CASES: &[Case] = &[
         does: "an eye in the centre of a mirror ball sees itself in every pixel",
         stands_for: "spheres that are missed from inside",
         bound: "exact: all pixels are the same (numerics.md, Closed forms)",
-        guards: &[Defect::SmallerRoot],
         run: mirror_ball,
     },
     Case {
@@ -78,7 +70,6 @@ pub const CASES: &[Case] = &[
         does: "interpolated normals whose sum is zero or nearly, and mirrored rays of length 1 to 1e-30",
         stands_for: "NaN pixels on meshes with opposed normals; vectors whose squares underflow",
         bound: "unit length within 4u, mirrored exactly within 8u (numerics.md, Shading)",
-        guards: &[Defect::BlindNormalise],
         run: normals_that_cancel,
     },
 ];

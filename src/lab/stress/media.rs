@@ -7,7 +7,6 @@ use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, matte, sphere};
 use crate::scene::{Fresnel, Material, Scene};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "rays through a pane: they leave parallel, shifted by t sin a (1 - cos a / (n cos b))",
         stands_for: "images behind windows that are bent or displaced",
         bound: "parallel within 8u (1 + n) / cos a; shift within 16u and two spawn offsets (numerics.md, Refraction)",
-        guards: &[Defect::FlippedEta],
         run: slab,
     },
     Case {
@@ -26,7 +24,6 @@ pub const CASES: &[Case] = &[
         stands_for: "spheres whose far side is missed, so that refraction through them is impossible",
         bound: "64u n / cos a: 16u for each normal, 8u for each refraction and spawn, widened n / cos a at the exit \
                 (numerics.md, Refraction)",
-        guards: &[Defect::SmallerRoot, Defect::FlippedEta],
         run: ball_lens,
     },
     Case {
@@ -34,7 +31,6 @@ pub const CASES: &[Case] = &[
         does: "water and glass that overlap by priority either way, that leave a gap, and one within the other",
         stands_for: "dark rings where a drink meets its glass: an inside flag, or the last solid entered wins",
         bound: "n sin is kept: 16u at each surface; hidden surfaces change no bit (numerics.md, Media)",
-        guards: &[Defect::OneMedium, Defect::NoPriority],
         run: nested_media,
     },
     Case {
@@ -42,7 +38,6 @@ pub const CASES: &[Case] = &[
         does: "eyes in glass, in water, in both, in neither: the index that the first surface sees",
         stands_for: "cameras under water that see the world as from air",
         bound: "exact: the ratio of two f32 numbers, rounded once (2 ulp in Vulkan)",
-        guards: &[Defect::EyeInAir],
         run: eye_in_solids,
     },
     Case {
@@ -50,7 +45,6 @@ pub const CASES: &[Case] = &[
         does: "8 and 10 nested shells of glass seen from outside, and from their middle",
         stands_for: "media lists that overflow in silence and go on with the wrong index",
         bound: "exact: counted if and only if more than 8 are entered (numerics.md, Media)",
-        guards: &[Defect::SilentMedia],
         run: shells,
     },
 ];

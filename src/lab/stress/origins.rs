@@ -6,7 +6,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, light, matte, mesh, mirror, moved, polygon, sphere};
 use crate::scene::{Face, Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "a floor of 128 triangles and a ball under each of three lights, at world offsets 0 to 10^6; and in a corner of a scene 10^4 times their size",
         stands_for: "surfaces that shadow themselves: black dots averaged away by antialiasing",
         bound: "exact against the lit set in closed form, but for 0.02 pixels and the spawn offset about edges (numerics.md, Spawn origins)",
-        guards: &[Defect::WorldFrame],
         run: acne,
     },
     Case {
@@ -24,7 +22,6 @@ pub const CASES: &[Case] = &[
         does: "rays that leave triangle pairs with vertices 10^U(-8,8), on their common edge and off it, down to grazing",
         stands_for: "acne on flat surfaces: pbrt's Triangle.Reintersect",
         bound: "exact: neither the triangle itself nor one that the ray rises above (numerics.md, Spawn origins)",
-        guards: &[Defect::NoIdentity, Defect::NoOffset],
         run: reintersect,
     },
     Case {
@@ -32,7 +29,6 @@ pub const CASES: &[Case] = &[
         does: "a closed mirror box, turned, at offsets 0, 10^4, 10^6: paths of 60 bounces",
         stands_for: "light that leaks out of closed rooms: 0.5 % with an epsilon of 1e-4, 95 % in world coordinates at 10^6",
         bound: "exact: no path escapes (numerics.md, Spawn origins)",
-        guards: &[Defect::WorldFrame, Defect::FixedOrigin],
         run: mirror_box,
     },
     Case {
@@ -40,7 +36,6 @@ pub const CASES: &[Case] = &[
         does: "a coarse ball with smooth normals, mirrored at all angles; matte, lit from the eye",
         stands_for: "the shadow terminator: black edges, mirrored rays that enter the surface",
         bound: "exact: no mirrored ray below the triangle, no black pixel that the light sees (numerics.md, Shading)",
-        guards: &[Defect::BelowSurface],
         run: below_surface,
     },
 ];

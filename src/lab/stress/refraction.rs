@@ -6,7 +6,6 @@ use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "glass of index 1 in air, and of 1.5 within 1.5: rays go on with the same bits and full weight",
         stands_for: "ghost outlines of objects that have the index of what surrounds them",
         bound: "exact: equal indices change nothing, so nothing is computed (numerics.md, Refraction)",
-        guards: &[Defect::EqualIndices],
         run: equal_indices,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         stands_for: "dark or bright rings where total internal reflection is missed or begins too early",
         bound: "decision right outside |k| <= K, cosine within min(sqrt K, K / cos) + (4 eta + 8) u, \
                 K = (4 eta + 16) u: roundings of d + c n scaled by eta, squared (numerics.md, Refraction)",
-        guards: &[Defect::ClampedCritical],
         run: critical_angle,
     },
     Case {
@@ -34,7 +31,6 @@ pub const CASES: &[Case] = &[
         stands_for: "refracted rays that leave the plane of incidence or lose their unit length at extreme indices",
         bound: "unit length 4u; |T_tan - eta I_tan| <= (6 max(1, eta) + 10) u: roundings of eta (d + c n) and of \
                 the normalisation (numerics.md, Refraction)",
-        guards: &[Defect::FlippedEta, Defect::CosineForm],
         run: snell,
     },
     Case {
@@ -42,7 +38,6 @@ pub const CASES: &[Case] = &[
         does: "share of reflection from both sides, exact and Schlick, indices 1e-3 to 1e3, normal to grazing",
         stands_for: "Schlick with the wrong cosine inside glass (off by up to 0.96), edges that do not go white",
         bound: "16u + 2^-24 (stored in f32) + change of the law when its cosines move by their own roundings (numerics.md, Refraction)",
-        guards: &[Defect::SchlickInside],
         run: fresnel_share,
     },
     Case {
@@ -50,7 +45,6 @@ pub const CASES: &[Case] = &[
         does: "a sheet of glass in a scene without solids reflects as one in a scene with a solid",
         stands_for: "features specialised away together with what still needs them",
         bound: "as `fresnel`, and the refracted ray keeps its bits",
-        guards: &[Defect::SchlickInside],
         run: thin_sheet,
     },
 ];

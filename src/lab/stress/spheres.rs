@@ -6,7 +6,6 @@ use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, glass, matte, mirror, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "a unit sphere seen from 10 to 10^7 radii, rays aimed all over it",
         stands_for: "POV-Ray's and others' quadratic formula: a quarter of the hits lost from 10^4 radii",
         bound: "0 wrong hits where |b - r| > 4u D; t within 16u t in single, 8u t in double length, plus what 4u D does to the root (numerics.md, Spheres)",
-        guards: &[Defect::NaiveQuadratic],
         run: distance,
     },
     Case {
@@ -24,7 +22,6 @@ pub const CASES: &[Case] = &[
         does: "a planet of radius 10^6 seen from heights 10^-4 to 10^2, a bead of 10^-3 seen from 10^3",
         stands_for: "planets in single precision: t wrong by 9 % (numerics.md, Spheres), beads that vanish",
         bound: "8u t (numerics.md, Spheres), plus what 16u^2 of the way to the rim does to the root; 0 wrong hits farther from the rim",
-        guards: &[Defect::NoWide],
         run: planet,
     },
     Case {
@@ -32,7 +29,6 @@ pub const CASES: &[Case] = &[
         does: "all four roots of two spheres by respawning; from the centre, from just inside, from the surface inward and outward",
         stands_for: "renderers that take the smaller root: no way out of a glass ball",
         bound: "16u t and the spawn offset by respawning, 8u r for chords (numerics.md, Spheres), from near the surface as for sphere-distance; each wrong hit counts as infinite",
-        guards: &[Defect::SmallerRoot],
         run: roots,
     },
     Case {
@@ -40,7 +36,6 @@ pub const CASES: &[Case] = &[
         does: "rays past the rim at b = r (1 -+ 2^-k), k = 1..30, from 2 to 10^4 radii",
         stands_for: "ragged silhouettes: a discriminant that cancels",
         bound: "exact where |b - r| > 4u D (numerics.md, Spheres)",
-        guards: &[Defect::NaiveQuadratic],
         run: rim,
     },
     Case {
@@ -48,7 +43,6 @@ pub const CASES: &[Case] = &[
         does: "rays that leave spheres of r = 10^U(-4,4) among origins 10^U(-8,8), down to grazing, both sides",
         stands_for: "black dots on balls: pbrt's FullSphere.Reintersect",
         bound: "exact: outward none, inward all hit their own sphere (numerics.md, Spheres)",
-        guards: &[Defect::NoIdentity],
         run: reintersect,
     },
 ];

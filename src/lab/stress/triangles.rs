@@ -6,7 +6,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, matte, mesh, polygon};
 use crate::scene::{Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "a closed mesh of 16x16 quads with vertices at radius 1 + 5 xi, hit from inside at random, at vertices, at edges",
         stands_for: "light through the seams of closed meshes: pbrt's watertightness test, Embree issues 181 and 381",
         bound: "exact: neighbours compute an edge with the same roundings (Woop, Benthin, Wald 2013)",
-        guards: &[Defect::MoellerTrumbore],
         run: watertight,
     },
     Case {
@@ -24,7 +22,6 @@ pub const CASES: &[Case] = &[
         does: "spheres of 50 and 200 segments and a 12x12 plane at (148376, 1234, -223423), hit from inside at random, at vertices, at edges",
         stands_for: "Embree's WatertightTest, which allows 2e-5 of the rays to leak",
         bound: "exact: as `watertight`, in any place",
-        guards: &[Defect::MoellerTrumbore],
         run: far_watertight,
     },
     Case {
@@ -32,7 +29,6 @@ pub const CASES: &[Case] = &[
         does: "a turned box 2 x 2 x h, h = 1, 1e-3, 1e-5, of long thin polygons and one-quad meshes that share only positions, hit from inside",
         stands_for: "light leaks where separate objects meet, and between strips seen edge-on",
         bound: "exact: equal positions round to equal corners, so the shell is closed",
-        guards: &[Defect::MoellerTrumbore],
         run: seams,
     },
     Case {
@@ -40,7 +36,6 @@ pub const CASES: &[Case] = &[
         does: "grids without extent along an axis, hit at vertices and edges from 1 to 10^4 radii away",
         stands_for: "false misses of the slab test at flat boxes: Ize 2013, tinybvh 286, Embree PR 589",
         bound: "exact: the box test allows for its 14u (numerics.md, Boxes), the triangle test is watertight",
-        guards: &[Defect::NarrowSlab],
         run: flat_boxes,
     },
 ];

@@ -45,7 +45,7 @@ const LIMIT_SAMPLES: u32 = 2 * REPLICATES;
 pub struct Plan {
     /// As read.
     pub scene: Scene,
-    /// Size and scheduling; a planted defect, for the tests of the tests.
+    /// Size and scheduling.
     pub base: Settings,
     /// Names of the axes, in the order given.
     pub axes: Vec<String>,
@@ -169,7 +169,7 @@ impl<'a> Work<'a> {
     fn key(&self, point: &Point) -> String {
         let s = &self.plan.base;
         let text = format!(
-            "{:?} {:?} {} {:?} {}x{} {} {:?} {:?}",
+            "{:?} {:?} {} {:?} {}x{} {} {:?}",
             ProgramInfo::default(),
             self.device,
             self.scene_hash,
@@ -177,7 +177,6 @@ impl<'a> Work<'a> {
             s.width,
             s.height,
             self.plan.repeats,
-            s.planted,
             s.schedule
         );
         format!("{:x}", Sha256::digest(text))[..16].into()
@@ -304,7 +303,6 @@ impl<'a> Work<'a> {
             precision: Precision::Double,
             origin: Origin::Bound,
             crop: None,
-            planted: None,
             ..self.plan.base.clone()
         }
     }
@@ -552,9 +550,8 @@ fn watched<'a>(tracer: &'a mut Tracer, observer: &'a mut dyn Observer) -> Watche
 /// All that the limit of a point depends on.
 fn limit_key(base: &Settings, truth_depth: u32, point: &Point) -> String {
     let Point { depth, cutoff, precision, .. } = point;
-    let planted = base.planted.map_or(String::new(), |defect| format!(" planted {defect:?}"));
     format!(
-        "{}x{} depth {depth} of {truth_depth} cutoff {cutoff} precision {} origin {} fresnel {} spheres {}{planted}",
+        "{}x{} depth {depth} of {truth_depth} cutoff {cutoff} precision {} origin {} fresnel {} spheres {}",
         base.width,
         base.height,
         precision.name(),

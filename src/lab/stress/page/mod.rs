@@ -1,7 +1,8 @@
 //! The page of the extremes: what a device makes of them, generated from a run on it.
 
 mod chaos;
-mod cost;
+#[doc(hidden)]
+pub mod cost;
 mod epsilon;
 
 use crate::lab::markdown::{number, table};
@@ -95,7 +96,7 @@ pub fn make(
         "Not measured: this device has no double precision.\n".into()
     };
     say("what protections cost");
-    let cost = cost::measure(renderer, stop)?.text(&device.kind);
+    let cost = cost::measure(renderer, &cost::PRECISIONS, stop)?.text(&device.kind);
 
     let lavapipe = if is_cpu {
         "The device is a CPU driver. **Its times are its own and say nothing of a GPU**; its errors are those of f32 \
