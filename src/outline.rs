@@ -1,4 +1,5 @@
-//! A plan told: what was found in the scene, what follows from it, what it takes. For people and as JSON.
+//! The plan of a render: features found in the scene, kernels and memory that follow from them, and the
+//! predicted time. For people and as JSON.
 
 mod text;
 mod variant;
@@ -16,58 +17,58 @@ use crate::units::{grouped, plural};
 use serde::Serialize;
 pub use variant::{Constant, KernelRow};
 
-/// All that is known before a render runs.
+/// Everything known before a render runs.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Outline {
-    /// Which program plans.
+    /// Version of the program.
     pub program: ProgramInfo,
-    /// For which device.
+    /// Device planned for.
     pub device: DeviceInfo,
     /// Path as given.
     pub scene: String,
     /// The settings in force.
     pub settings: SettingsInfo,
-    /// What the scene has.
+    /// Features of the scene.
     pub found: Found,
-    /// The same in words, absent features included.
+    /// The same in words, one row per feature, absent ones included.
     pub features: Vec<FeatureRow>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
-    /// How deep light travels.
+    /// Greatest depth of a ray.
     pub reach: ReachInfo,
     /// How the closest hit is found.
     pub search: SearchInfo,
-    /// What follows; null where the device cannot hold it.
+    /// Kernels, sizes and buffers; null if the device cannot hold them.
     pub plan: Option<Planned>,
-    /// Limits of the device that the plan keeps.
+    /// Memory limits that the plan keeps.
     pub limits: LimitInfo,
-    /// How long it will take; null where that was not asked for or there is no plan.
+    /// Predicted time; null if not asked for, or if there is no plan.
     pub time: Option<Prediction>,
     /// Why there is no plan.
     pub refused: Option<Refused>,
 }
 
-/// A feature, found or not.
+/// A feature of scenes, present or absent.
 #[derive(Debug, Clone, Serialize)]
 pub struct FeatureRow {
     /// Its name.
     pub name: &'static str,
-    /// Whether the kernels are made for it.
+    /// True if the scene has it and the kernels are compiled for it.
     pub found: bool,
-    /// How much of it, or why not.
+    /// How many, or why it is absent.
     pub detail: String,
 }
 
-/// How deep light travels.
+/// Greatest depth of a ray.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct ReachInfo {
-    /// Depth that was asked for.
+    /// Depth asked for.
     pub asked: u32,
     /// Depth of the last passes.
     pub last: u32,
-    /// Greatest factor of any surface on a ray's throughput.
+    /// Greatest factor by which a surface multiplies a ray's throughput, 0 to 1.
     pub weight: f64,
-    /// In words.
+    /// Reason for `last`.
     pub why: String,
 }
 
@@ -76,32 +77,32 @@ pub struct ReachInfo {
 pub struct SearchInfo {
     /// `brute force` or `hierarchy`.
     pub kind: &'static str,
-    /// Nodes of the hierarchy.
+    /// Nodes of the hierarchy; 0 for brute force.
     pub nodes: u64,
-    /// Its levels.
+    /// Levels of the hierarchy; 0 for brute force.
     pub depth: u64,
-    /// In words.
+    /// Reason for `kind`.
     pub why: String,
 }
 
-/// What follows from scene, settings and device.
+/// Kernels, sizes and buffers of a render.
 #[derive(Debug, Clone, Serialize)]
 pub struct Planned {
-    /// The kernels of the frame.
+    /// Kernels in the order of their first dispatch.
     pub kernels: Vec<KernelRow>,
-    /// Specialisation constants that leave code out, or add it.
+    /// Specialisation constants that remove or add code.
     pub constants: Vec<Constant>,
-    /// Shapes are constants of the kernels.
+    /// True if shapes are compiled into the kernels as constants.
     pub known_shapes: bool,
-    /// Why, or why not.
+    /// Reason for `known_shapes`.
     pub known_shapes_why: String,
-    /// Kernels read what a ray looks up through texel views.
+    /// True if kernels read the scene through texel views.
     pub texels: bool,
-    /// Why, or why not.
+    /// Reason for `texels`.
     pub texels_why: String,
     /// Rays that fit a queue.
     pub capacity: u32,
-    /// Device bytes of a place in a queue, over all its buffers.
+    /// Device bytes per ray in a queue, over all buffers of the queue.
     pub bytes_per_place: u64,
     /// Invocations of a workgroup.
     pub workgroup: u32,
@@ -119,18 +120,18 @@ pub struct Planned {
     pub dispatches: u64,
     /// Bytes of each buffer.
     pub buffers: Vec<BufferRow>,
-    /// Bytes of all.
+    /// Sum over all buffers.
     pub bytes: u64,
 }
 
 /// A buffer of the plan.
 #[derive(Debug, Clone, Serialize)]
 pub struct BufferRow {
-    /// As the kernels spell it.
+    /// Its name in the kernels.
     pub name: &'static str,
-    /// Elements.
+    /// Length in elements.
     pub elements: u64,
-    /// Bytes.
+    /// Length in bytes.
     pub bytes: u64,
 }
 
@@ -141,21 +142,21 @@ pub struct LimitInfo {
     pub one_buffer: u64,
     /// Bytes of its heap.
     pub heap: u64,
-    /// Bytes of it that a plan may take.
+    /// Bytes of the heap that a plan may use.
     pub heap_share: u64,
 }
 
 /// A plan that the device cannot hold.
 #[derive(Debug, Clone, Serialize)]
 pub struct Refused {
-    /// What it lacks, and what would fit.
+    /// The limit that is exceeded, and what would fit.
     pub message: String,
     /// Exit code of the render.
     pub exit_code: u8,
 }
 
 impl Outline {
-    /// Tells `plan`, or what is known without one.
+    /// Describes `plan`; with `None`, everything that is known without a plan.
     pub fn new(
         scene: &str,
         device: &DeviceInfo,
@@ -203,23 +204,23 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
         |name, found: bool, yes: &str, no: &str| row(name, found, if found { yes } else { no }.to_owned());
     vec![
         count("triangles", f.triangles, "triangle"),
-        is("smooth normals", f.smooth_normals, "some corners have normals", "every triangle is flat"),
+        is("smooth normals", f.smooth_normals, "some vertices have normals", "all triangles are flat-shaded"),
         count("spheres", f.spheres, "sphere"),
         row(
             "wide spheres",
             f.wide_spheres > 0,
             match f.wide_spheres {
-                0 => "single precision holds every sphere".into(),
-                n => format!("{} beyond single precision", plural(n, "sphere")),
+                0 => "every sphere fits single precision".into(),
+                n => format!("{} too large or too small for single precision", plural(n, "sphere")),
             },
         ),
         count("lights", f.lights, "light"),
-        is("mirrors", f.mirrors, "some surface mirrors", "no surface mirrors"),
+        is("mirrors", f.mirrors, "some surfaces reflect", "no surface reflects"),
         row(
             "refraction",
             f.solids > 0,
             match f.solids {
-                0 => "no solid refracts".into(),
+                0 => "no refracting solid".into(),
                 n => plural(n, "refracting solid"),
             },
         ),
@@ -227,11 +228,11 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
             "nested media",
             f.solids_at_once > 1,
             match f.solids_at_once {
-                0 => "a ray is in no solid".into(),
-                n => format!("a ray is in {} at once at most, by their boxes", plural(n.into(), "solid")),
+                0 => "no ray is inside a solid".into(),
+                n => format!("a ray can be inside {} at once, judged by bounding boxes", plural(n.into(), "solid")),
             },
         ),
-        is("branching", f.branching, "a hit may send on two rays", "a hit sends on one ray at most"),
+        is("branching", f.branching, "a hit can spawn two rays", "a hit spawns at most one ray"),
     ]
 }
 
@@ -242,15 +243,15 @@ fn search(packed: &Packed) -> SearchInfo {
             kind: "brute force",
             nodes: 0,
             depth: 0,
-            why: format!("{count} primitives; up to {max} every one is tested"),
+            why: format!("{count} primitives; up to {max}, testing all is faster"),
         };
     }
     let outside = match packed.loose {
-        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested one by one",
-        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested one by one",
+        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested outside it",
+        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested outside it",
         _ => "",
     };
-    let most = if packed.found.primitives() > max as u64 { "more than" } else { "switched on; not above" };
+    let most = if packed.found.primitives() > max as u64 { "more than" } else { "forced although not more than" };
     SearchInfo {
         kind: "hierarchy",
         nodes: match packed.compressed_nodes.len() {
@@ -314,16 +315,16 @@ fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Pl
     let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(settings.samples);
     let (have, needed) = (grouped(samples), grouped(KNOWN_SAMPLES));
     if plan.specialisation.few_known != 0 {
-        return format!("{have} samples, from {needed} on they repay kernels of their own for this scene");
+        return format!("{have} samples; compiling kernels for this scene pays off from {needed} on");
     }
     if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
         "there are too many".into()
     } else if settings.precision == Precision::Double {
-        "kernels in f64 have no such form".into()
+        "not available in f64".into()
     } else if !limits.is_cpu {
-        "a GPU gains nothing by it".into()
+        "not faster on a GPU".into()
     } else if samples < KNOWN_SAMPLES {
-        format!("{have} samples, fewer than the {needed} that repay kernels of their own for this scene")
+        format!("{have} samples; compiling kernels for this scene pays off from {needed} on")
     } else {
         "switched off".into()
     }
@@ -331,12 +332,12 @@ fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Pl
 
 fn texels(settings: &Settings, limits: &Limits, plan: &Plan) -> &'static str {
     if plan.specialisation.texels != 0 {
-        "a software device gathers texels as one vector"
+        "a CPU driver loads a texel as one vector"
     } else if settings.precision == Precision::Double {
-        "texels have no f64"
+        "there is no f64 texel format"
     } else if !limits.is_cpu {
-        "a GPU gains nothing by them"
+        "not faster on a GPU"
     } else {
-        "switched off, or a buffer has more texels than a view can hold"
+        "switched off, or a buffer exceeds the limit on texels per view"
     }
 }

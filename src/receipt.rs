@@ -1,5 +1,5 @@
-//! What a render took beside what was planned, and what each feature that the scene lacks would have cost:
-//! measured by switching it on for a share of the image, in turn with the kernels as they are.
+//! Compares a render with its plan, and measures the cost of each feature that the scene does not use: a part of
+//! the image is rendered with the feature switched on and without it, in turn.
 
 use crate::general::Feature;
 use crate::measure::stats::{Quartiles, quartiles};
@@ -13,85 +13,85 @@ use crate::table::{Align, Table};
 use crate::units::{bytes, grouped, plural, seconds};
 use serde::Serialize;
 
-/// Runs of each variant, in turn with the render's own.
+/// Paired runs per feature: one with it, one without.
 const PAIRS: usize = 5;
-/// Device seconds of one run at most: a share of the bands is left out beyond.
+/// Upper limit on one run, device seconds; longer runs trace fewer bands of the image.
 const RUN_SECONDS: f64 = 0.15;
 
-/// What was planned, and what came of it.
+/// A render next to its plan.
 #[derive(Debug, Clone, Serialize)]
 pub struct Receipt {
-    /// The plan, with the predicted time.
+    /// The plan with the predicted time.
     pub outline: Outline,
-    /// The passes, all depths together, in the frame's order.
+    /// Cost of each kernel, summed over depths, in the order of dispatch.
     pub parts: Vec<Part>,
-    /// Measured time of the render.
+    /// Measured render time, seconds.
     pub render: f64,
-    /// That over the predicted time; null where none was predicted.
+    /// Measured render time / predicted; null without a prediction.
     pub over_predicted: Option<f64>,
-    /// Rays traced over those predicted.
+    /// Rays traced / predicted; null without a prediction.
     pub rays_over_predicted: Option<f64>,
     /// Device bytes planned.
     pub bytes_planned: u64,
-    /// Bytes taken from device and host: alignment and the staging buffer come on top of those planned.
+    /// Bytes allocated on device and host: planned bytes, alignment and staging buffer.
     pub bytes_taken: u64,
-    /// What the image has not and did not pay for.
+    /// Features that the scene does not use and the kernels leave out.
     pub absent: Vec<Absent>,
-    /// Why `absent` is empty, where something is.
+    /// Why `absent` is empty although some feature is left out.
     pub absent_unknown_why: Option<String>,
-    /// Samples of one run that measured them.
+    /// Samples traced by each run that measured `absent`.
     pub samples: u64,
 }
 
-/// What one kernel took.
+/// Cost of one kernel in a render.
 #[derive(Debug, Clone, Serialize)]
 pub struct Part {
-    /// Its name.
+    /// The kernel.
     pub name: String,
-    /// Dispatches.
+    /// Number of dispatches.
     pub launches: u64,
-    /// Device time.
+    /// Device time, seconds.
     pub seconds: f64,
-    /// Of all passes.
+    /// Share of the device time of all kernels, 0 to 1.
     pub share: f64,
 }
 
-/// A feature that was not paid for.
+/// A feature left out of the kernels, with its cost if it were not.
 #[derive(Debug, Clone, Serialize)]
 pub struct Absent {
-    /// Its name, as `--general` takes it.
+    /// Its name in `--general`.
     pub feature: &'static str,
-    /// What was switched on.
+    /// What switching it on adds.
     pub what: &'static str,
-    /// Device time with it over that without, in paired runs.
+    /// Device time with it / without it, over the paired runs.
     pub ratio: Quartiles,
-    /// Time to prepare its kernels; from the driver's cache, if that has them.
+    /// Seconds to create its pipelines; short if the driver has them cached.
     pub prepare: f64,
-    /// Device bytes of its plan less those of the render's.
+    /// Device bytes with it - without it.
     pub bytes: i64,
-    /// Pixels of the share whose bits differ: none, or something is wrong.
+    /// Pixels whose bits differ from those without it; anything but 0 is a bug.
     pub pixels_differ: u64,
 }
 
-/// Why nothing, or not all, could be measured.
+/// Why there is no receipt.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiptError {
-    /// A render of the share failed.
+    /// A trial render failed.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// Stopped by the user.
-    #[error("interrupted; nothing is told of a part")]
+    #[error("interrupted")]
     Interrupted,
 }
 
-/// Pixels whose bits differ; pictures of unequal sizes differ in all.
+/// Number of pixels whose bits differ. Pixels that only one picture has count as different.
 pub fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> u64 {
     let bits = |p: &[f32; 3]| p.map(f32::to_bits);
     let unequal = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count();
     (unequal + a.len().abs_diff(b.len())) as u64
 }
 
-/// Features whose code or buffers the planned kernels lack: with each, what the kernels are then made for.
+/// Features left out of the planned kernels, each with the settings that switch it on.
 fn absent(renderer: &Renderer, scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<(Feature, Settings)> {
     let limits = renderer.device().limits();
     let with = |f: &Feature| {
@@ -111,7 +111,7 @@ fn absent(renderer: &Renderer, scene: &Scene, settings: &Settings, plan: &Plan) 
 }
 
 impl Receipt {
-    /// Sets `report` beside `outline`, and measures what is absent.
+    /// Compares `report` with `outline`, and measures the features that are left out.
     ///
     /// # Errors
     /// As [`Renderer::render`]; also if the observer cancels.
@@ -130,12 +130,12 @@ impl Receipt {
         let expected = own.run(&mut Quiet)?;
         let (settings, _) = renderer.trusted(settings);
         let mut subjects = absent(renderer, scene, &settings, own.plan());
-        // Both variants have their buffers at once.
+        // Both variants need their buffers at the same time.
         let limits = renderer.device().limits();
         let mut why = None;
         if !subjects.is_empty() && own.plan().bytes() > limits.heap / 16 * HEAP_EIGHTHS {
             why = Some(format!(
-                "two plans of {} do not fit the device beside each other; take a smaller image to see",
+                "it needs twice {} of device memory, which is too much; render a smaller image",
                 bytes(own.plan().bytes())
             ));
             subjects.clear();
@@ -164,7 +164,7 @@ impl Receipt {
         })
     }
 
-    /// Features whose kernels gave other bits than the render's.
+    /// Features that change the image, which is a bug.
     pub fn wrong(&self) -> Vec<&'static str> {
         self.absent.iter().filter(|a| a.pixels_differ > 0).map(|a| a.feature).collect()
     }
@@ -212,10 +212,10 @@ fn parts(passes: &[PassInfo]) -> Vec<Part> {
     all
 }
 
-/// The receipt for people: the plan, then what came of it.
+/// The receipt for people: the plan, then the measurements.
 pub fn text(r: &Receipt) -> String {
     use Align::{Left, Right};
-    let mut table = Table::new(&[("took", Left), ("dispatches", Right), ("time", Right), ("share", Right)]);
+    let mut table = Table::new(&[("kernel", Left), ("dispatches", Right), ("time", Right), ("share", Right)]);
     for p in &r.parts {
         table.row([
             p.name.clone(),
@@ -229,29 +229,29 @@ pub fn text(r: &Receipt) -> String {
     if let (Some(time), Some(over), Some(rays)) = (&r.outline.time, r.over_predicted, r.rays_over_predicted) {
         let within = if (time.low..=time.high).contains(&r.render) { "within" } else { "outside" };
         text += &format!(
-            ", {over:.2} of the predicted {}, {within} its range; {rays:.3} of the predicted rays",
+            ": {over:.2} times the predicted {}, {within} the predicted range; rays {rays:.3} times the predicted",
             seconds(time.render)
         );
     }
     text += &format!(
-        "\nbytes   {} planned, {} taken with alignment and staging\n\n",
+        "\nmemory  {} planned, {} allocated with alignment and staging\n\n",
         bytes(r.bytes_planned),
         bytes(r.bytes_taken)
     );
     if let Some(why) = &r.absent_unknown_why {
-        return text + &format!("what is absent was not measured: {why}\n");
+        return text + &format!("the cost of unused features was not measured: {why}\n");
     }
     if r.absent.is_empty() {
-        return text + "nothing is absent: the kernels are the general ones\n";
+        return text + "no feature is left out of the kernels\n";
     }
     let mut table = Table::new(&[
-        ("not paid for", Left),
-        ("time", Right),
-        ("quartiles", Left),
-        ("bytes", Right),
-        ("prepare", Right),
+        ("left out", Left),
+        ("time with it", Right),
+        ("middle half", Left),
+        ("memory", Right),
+        ("compile", Right),
         ("image", Left),
-        ("switched on", Left),
+        ("what it would add", Left),
     ]);
     for a in &r.absent {
         let sign = if a.bytes < 0 { "-" } else { "+" };
@@ -261,12 +261,13 @@ pub fn text(r: &Receipt) -> String {
             format!("{:.2} to {:.2}", a.ratio.lower, a.ratio.upper),
             format!("{sign}{}", bytes(a.bytes.unsigned_abs())),
             seconds(a.prepare),
-            if a.pixels_differ == 0 { "same bits".into() } else { plural(a.pixels_differ, "other pixel") },
+            if a.pixels_differ == 0 { "same bits".into() } else { plural(a.pixels_differ, "different pixel") },
             a.what.into(),
         ]);
     }
     text + &format!(
-        "{table}\ndevice time of {} samples with the feature over that without, medians of {PAIRS} runs in turn\n",
+        "{table}\ntime with it: device time of {} samples with the feature switched on / without it, median and \
+         interquartile range of {PAIRS} paired runs\n",
         grouped(r.samples)
     )
 }
@@ -282,7 +283,7 @@ mod tests {
         assert_eq!(differing(&a, &b), 0);
         b[1][2] = f32::from_bits(1.0f32.to_bits() + 1);
         assert_eq!(differing(&a, &b), 1);
-        // Zeros of either sign are other bits.
+        // Zeros of opposite sign have different bits.
         b[0][1] = -0.0;
         assert_eq!(differing(&a, &b), 2);
         assert_eq!(differing(&a, &a[..1]), 2);
@@ -298,7 +299,7 @@ mod tests {
             items: 7,
         };
         let all = parts(&[pass("generate", 0, 1.0), pass("shade", 1, 2.0), pass("shade", 2, 1.0)]);
-        let told: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
-        assert_eq!(told, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);
+        let found: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
+        assert_eq!(found, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);
     }
 }

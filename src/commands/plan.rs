@@ -18,7 +18,7 @@ use crate::settings::Settings;
 use anyhow::Context;
 use std::path::Path;
 
-/// Tells what a render needs.
+/// Prints what a render needs.
 pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     if let Some(path) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
@@ -40,12 +40,12 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     match planned {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
         Ok(plan) => {
-            let foretold = match earlier {
+            let from_report = match earlier {
                 Some(report) => {
                     check(&report, &outline, &packed)?;
                     let from = of_report(&report, &plan, &settings);
                     if let Err(why) = &from {
-                        console.say(&format!("{why}: a trial instead"));
+                        console.say(&format!("{why}: running a trial instead"));
                     }
                     from.ok()
                 }
@@ -53,7 +53,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             };
             let style = Style::choose(console.is_quiet(), console.is_verbose());
             let mut progress = Progress::new(style, "trial");
-            let time = match foretold {
+            let time = match from_report {
                 None if !args.no_trial => match trial(&mut renderer, &scene, &asked, &mut progress) {
                     Ok(time) => Some(Prediction { start: time.start.map(|s| s + scene_seconds), ..time }),
                     Err(error) => {
@@ -82,37 +82,37 @@ fn report(path: &Path) -> Result<Report, Failure> {
     Ok(report)
 }
 
-/// Refuses a report whose times are of something else.
+/// Rejects a report of another device, scene or precision.
 fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure> {
     let counts = [packed.found.triangles, packed.found.spheres, packed.found.lights];
     let then = [report.scene.triangles, report.scene.spheres, report.scene.lights];
     let differs = if report.device.name != now.device.name {
-        Some(format!("device, `{}`", report.device.name))
+        Some(format!("device ({})", report.device.name))
     } else if counts != then {
-        Some(format!("scene, {}", report.scene.file))
+        Some(format!("scene ({})", report.scene.file))
     } else if report.settings.precision != now.settings.precision {
-        Some(format!("precision, {}", report.settings.precision))
+        Some(format!("precision ({})", report.settings.precision))
     } else {
         None
     };
     match differs {
-        Some(what) => Err(Failure::Usage(format!("--from is of another {what}; leave it out for a trial"))),
+        Some(what) => Err(Failure::Usage(format!("the report of --from has a different {what}; leave out --from to run a trial"))),
         None => Ok(()),
     }
 }
 
-/// The time of the planned render after a report of another.
+/// Predicts the planned render from the report of another.
 fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
     if report.plan.known_shapes != (plan.specialisation.few_known != 0) {
-        let so = if report.plan.known_shapes { "constants of" } else { "buffers for" };
+        let (then, now) = if report.plan.known_shapes { ("", "does not") } else { ("not ", "does") };
         return Err(Unpredictable(format!(
-            "the report's shapes were {so} its kernels, which is otherwise here"
+            "the reported render did {then}compile its shapes into the kernels, this one {now}"
         )));
     }
     predict(&Model::of_report(report)?, plan, settings)
 }
 
-/// The time of the planned render after a model.
+/// Predicts the planned render from a model.
 pub(super) fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
     let [x0, y0, x1, y1] = settings.region();
     let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
@@ -121,7 +121,7 @@ pub(super) fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result
     model.predict(&Work { plan, pixels, samples: pixels * u64::from(settings.samples), batches })
 }
 
-/// Traces a share of the image and foretells the whole.
+/// Predicts the render from a trial that traces a part of the image.
 pub(super) fn trial(
     renderer: &mut Renderer,
     scene: &Scene,
@@ -130,13 +130,13 @@ pub(super) fn trial(
 ) -> Result<Prediction, Failure> {
     let mut share = Share::new(renderer, scene, settings)?;
     let (settings, _) = renderer.trusted(settings);
-    let model = share.model(progress)?.context("the trial was cut short")?;
-    let mut time = predict(&model, share.plan(), &settings).context("the trial was cut short")?;
+    let model = share.model(progress)?.context("the trial was interrupted")?;
+    let mut time = predict(&model, share.plan(), &settings).context("the trial was interrupted")?;
     time.start = Some((share.built + share.prepared).as_secs_f64());
     Ok(time)
 }
 
-/// What `render --receipt` sets its result beside: the plan and the time foretold.
+/// The plan and predicted time that `render --receipt` compares its result with.
 pub(super) fn before(
     renderer: &mut Renderer,
     file: &Path,

@@ -51,7 +51,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {
-        let mut progress = Progress::new(style, "measuring what is absent");
+        let mut progress = Progress::new(style, "measuring unused features");
         let receipt =
             Receipt::new(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
         match receipt {
@@ -59,7 +59,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
                 wrong = receipt.wrong();
                 rendered.report.receipt = Some(receipt);
             }
-            Err(ReceiptError::Interrupted) => console.say("interrupted: there is no receipt"),
+            Err(ReceiptError::Interrupted) => console.say("interrupted: no receipt"),
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
@@ -72,7 +72,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     }
     if !wrong.is_empty() {
         return Err(Failure::Other(anyhow::anyhow!(
-            "the image differs from that of general kernels with {}: please report this",
+            "the image changes with {} switched on, which is a bug: please report it",
             wrong.join(", ")
         )));
     }
@@ -82,7 +82,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     validated(&renderer.validation_messages(), console)
 }
 
-/// Where an interrupted render is kept; nowhere for standard output.
+/// The state file of an interrupted render; none for standard output.
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
@@ -90,14 +90,14 @@ fn state_file(args: &RenderArgs) -> Option<StateFile> {
     }
 }
 
-/// Checks what can be checked before the work: the image's format, and that the files can be written.
+/// Checks, before the work starts, the image's format and that the files can be written.
 fn check(args: &RenderArgs) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
-            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect or pipe it".into()));
+            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect standard output or name a file".into()));
         }
         Output::Stdout if args.resume => {
-            return Err(Failure::Usage("--resume needs an image file; -o - keeps no state".into()));
+            return Err(Failure::Usage("--resume needs an image file, but -o - writes to standard output".into()));
         }
         Output::Stdout => Format::Png(Bits::Eight),
         Output::File(path, format) => {
@@ -115,7 +115,7 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     match (args.bits.as_deref(), format) {
         (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
         (Some(_), Format::Exr | Format::Hdr) => {
-            Err(Failure::Usage("--bits is for PNG; EXR and HDR have their own precision".into()))
+            Err(Failure::Usage("--bits applies to PNG only".into()))
         }
         _ => Ok(format),
     }
@@ -147,7 +147,7 @@ pub(super) fn settings(
         let Settings { width, height, .. } = settings;
         if x1 > width || y1 > height {
             return Err(Failure::Usage(format!(
-                "--crop reaches to {x1},{y1}, outside the image of {width}x{height} pixels"
+                "--crop ends at {x1},{y1}, outside the image of {width}x{height} pixels"
             )));
         }
         settings.crop = Some(crop);
@@ -173,7 +173,7 @@ impl Deliver<'_> {
         console: &mut Console,
     ) -> Result<Report, Failure> {
         if rendered.done == 0.0 {
-            return Err(Failure::Interrupted("interrupted before the first pixel; nothing is saved".into()));
+            return Err(Failure::Interrupted("interrupted before the first pixel; nothing was written".into()));
         }
         let report = &mut rendered.report;
         report.scene.file = self.args.scene.display().to_string();
@@ -222,7 +222,7 @@ pub(super) fn say_layers(names: &[PathBuf], console: &mut Console) {
     }
 }
 
-/// Keeps what is finished for `--resume`, and says how far it is.
+/// Stores finished tiles for `--resume` and describes the progress.
 fn interrupted(
     report: &Report,
     done: f64,
@@ -233,12 +233,12 @@ fn interrupted(
         (Some(state), Some(mut unfinished)) => {
             unfinished.time = report.time.clone();
             state.save(|out| unfinished.write(out))?;
-            format!("go on with --resume (from {})", state.path().display())
+            format!("continue with --resume (state in {})", state.path().display())
         }
-        _ => "nothing is kept to resume from, as no tile is finished".into(),
+        _ => "it cannot be resumed, since no tile is finished".into(),
     };
     Ok(Failure::Interrupted(format!(
-        "interrupted: {:.1} % of the work is done and saved in {}; {then}",
+        "interrupted: {:.1} % of the work is done, the image so far is in {}; {then}",
         100.0 * done,
         report.image.file
     )))
@@ -251,7 +251,7 @@ pub(super) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(
         .with_context(|| format!("cannot write {}", path.display()))?)
 }
 
-/// Fails if the validation layer had anything to say.
+/// Prints the messages of the validation layer; fails if there are any.
 pub(super) fn validated(messages: &[String], console: &mut Console) -> Result<(), Failure> {
     for message in messages {
         console.error(message);
