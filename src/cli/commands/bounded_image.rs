@@ -1,0 +1,198 @@
+//! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
+
+use super::load;
+use super::render::{Deliver, say_layers};
+use crate::accuracy::promise::{self, Kept, Known, Layer, Request, Target};
+use crate::cli::args::{Output, RenderArgs};
+use crate::cli::console::Console;
+use crate::cli::failure::Failure;
+use crate::cli::progress::{self, Progress, Style};
+use crate::cli::state::StateFile;
+use crate::image::{Format, Metadata, heat};
+use crate::render::{Rendered, Renderer};
+use crate::report::Report;
+use crate::settings::{Precision, Settings};
+use crate::{atomic_file, units};
+use anyhow::Context;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Default number of replicates, at most: few, since larger sets of samples are spread more evenly.
+const REPLICATES: u32 = 4;
+/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their confidence.
+const REPLICATES_OF_PIXELS: u32 = 16;
+
+/// True if any option concerns the image's error.
+pub(super) fn is_wanted(args: &RenderArgs) -> bool {
+    let a = &args.accuracy;
+    a.error.is_some() || a.time.is_some() || a.budget || !a.aov.is_empty()
+}
+
+/// Sets the replicates of a render without an error estimate.
+pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
+    settings.replicates = replicates(args.accuracy.replicates, 1, settings.samples)?;
+    Ok(())
+}
+
+/// The request in the arguments; also sets the replicates of `settings`.
+fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Result<Request, Failure> {
+    let a = &args.accuracy;
+    let target = match (a.error, a.time) {
+        (Some(error), _) => Target::Error(error),
+        (_, Some(seconds)) => Target::Time { seconds, from: started, layers: a.aov.len() as u32 },
+        _ => Target::Settings,
+    };
+    if target == Target::Settings {
+        if settings.samples < 2 {
+            return Err(Failure::Usage(
+                "the error of one sample per pixel cannot be estimated: use --samples 2 or more, or --error".into(),
+            ));
+        }
+        let most = if a.aov.contains(&Layer::Sampling) { REPLICATES_OF_PIXELS } else { REPLICATES };
+        settings.replicates = replicates(a.replicates, most, settings.samples)?;
+        if settings.replicates < 2 {
+            return Err(Failure::Usage("an error estimate needs --replicates 2 or more".into()));
+        }
+    }
+    Ok(Request {
+        target,
+        confidence: a.confidence,
+        keep_depth: args.picture.depth.is_some(),
+        keep_precision: args.picture.precision.is_some(),
+    })
+}
+
+/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if there is none.
+fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failure> {
+    match asked {
+        Some(r) if samples.is_multiple_of(r) => Ok(r),
+        Some(r) => Err(Failure::Usage(format!("--replicates {r} does not divide --samples {samples}"))),
+        None if most == 1 => Ok(1),
+        None => Ok((2..=most.min(samples)).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples)),
+    }
+}
+
+/// Renders and delivers.
+pub(super) fn run(
+    args: &RenderArgs,
+    format: Format,
+    state: Option<StateFile>,
+    started: Instant,
+    console: &mut Console,
+) -> Result<(), Failure> {
+    let earlier = match &state {
+        Some(state) => state.earlier(args.resume, Kept::read, console)?,
+        None => None,
+    };
+    let (scene, scene_seconds) = load(&args.scene)?;
+    let mut settings = super::render::settings(&args.picture, &args.schedule, &scene)?;
+    let request = request(args, &mut settings, started)?;
+    progress::catch_interrupts()?;
+    let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
+    let label = match request.target {
+        Target::Settings => "rendering".to_owned(),
+        Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
+        Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
+    };
+    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
+    let known = promise::resume(&mut renderer, &scene, &settings, &request, earlier, &mut progress);
+    drop(progress);
+    let mut known = known.map_err(|error| match &state {
+        Some(state) => state.explain(error),
+        None => error.into(),
+    })?;
+    known.report.time.scene += scene_seconds;
+    let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
+    let names = paint(args, format, &known, &layers)?;
+    let channels: Vec<(&str, Vec<f32>)> = layers
+        .iter()
+        .map(|(layer, values)| (layer.name(), values.iter().map(|v| *v as f32).collect()))
+        .collect();
+    let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
+    let rendered = Rendered {
+        width: known.samples.width,
+        height: known.height,
+        linear: known.linear(),
+        done: known.done,
+        report: known.report,
+        unfinished: None,
+    };
+    let report = Deliver { args, format, channels: &channels }.deliver(rendered, started, console)?;
+    let file = &report.image.file;
+    say_layers(&names, console);
+    super::render::validated(&renderer.validation_messages(), console)?;
+    if cancelled {
+        let then = match (&state, unfinished) {
+            (Some(state), Some(mut unfinished)) => {
+                unfinished.begun.time = report.time.clone();
+                state.save(|out| unfinished.write(out))?;
+                format!("; continue with --resume (state in {})", state.path().display())
+            }
+            _ => String::new(),
+        };
+        return Err(Failure::Interrupted(format!(
+            "interrupted: the image so far is in {file}{then}"
+        )));
+    }
+    if let Some(state) = state.filter(|_| args.resume) {
+        state.remove()?;
+    }
+    match (report.asked.met, &report.asked.unmet_why) {
+        (Some(false), why) => Err(Failure::Unmet(format!(
+            "{}; the image is in {file}",
+            why.as_deref().unwrap_or_default()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Marks `--time` as not kept if the process took longer.
+pub(super) fn late(report: &mut Report) {
+    let asked = &mut report.asked;
+    if let (Some(time), Some(true)) = (asked.time, asked.met)
+        && report.time.wall > (1.0 + promise::LATE) * time
+    {
+        asked.met = Some(false);
+        asked.unmet_why = Some(format!("the render took {}", units::seconds(report.time.wall)));
+    }
+}
+
+/// Writes layers as pictures next to an image whose format cannot hold them; returns their paths.
+fn paint(
+    args: &RenderArgs,
+    format: Format,
+    known: &Known,
+    layers: &[(Layer, Vec<f64>)],
+) -> Result<Vec<PathBuf>, Failure> {
+    let (Output::File(path, _), false) = (&args.output, format == Format::Exr) else { return Ok(Vec::new()) };
+    let mut names = Vec::new();
+    for (layer, values) in layers {
+        let name = path.with_extension(format!("{}.png", layer.name()));
+        let what = format!("{}: {}", layer.name(), layer.unit());
+        let painted = heat::paint(values, known.samples.width, heat::Range::Auto, &what);
+        let metadata = Metadata::of(&known.report, known.done);
+        atomic_file::write(&name, |out| painted.write(&metadata, out))
+            .with_context(|| format!("cannot write {}", name.display()))?;
+        names.push(name);
+    }
+    Ok(names)
+}
+
+/// Checks combinations of options before the work starts.
+pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
+    let a = &args.accuracy;
+    if !a.aov.is_empty() && matches!(args.output, Output::Stdout) {
+        return Err(Failure::Usage("--aov writes files next to the image, so -o needs a file name instead of -".into()));
+    }
+    if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
+        return Err(Failure::Usage(
+            "--aov rounding renders every sample in f64 too: use it with --budget, not with --error or --time".into(),
+        ));
+    }
+    if args.picture.precision == Some(Precision::Fast) && a.error.is_some() {
+        return Err(Failure::Usage(
+            "--precision fast has no error bound; --error needs robust or f64".into(),
+        ));
+    }
+    Ok(())
+}
