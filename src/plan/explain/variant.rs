@@ -5,33 +5,8 @@ use crate::kernel::table::KernelCode;
 use crate::plan::Plan;
 use crate::plan::passes::{self, When};
 use crate::prepare::MEDIA_MAX;
+use crate::report::explain::{Constant, KernelRow};
 use crate::settings::{Precision, Settings};
-use serde::Serialize;
-
-/// A kernel that runs.
-#[derive(Debug, Clone, Serialize)]
-pub struct KernelRow {
-    /// Its name.
-    pub kernel: &'static str,
-    /// Compiled form: `f32`, `f64`, `few` (shapes as constants) or `packet` (the rays of a subgroup traverse
-    /// the hierarchy together).
-    pub form: &'static str,
-    /// Dispatches in one batch.
-    pub launches: u64,
-}
-
-/// A specialisation constant.
-#[derive(Debug, Clone, Serialize)]
-pub struct Constant {
-    /// Its name in the kernels.
-    pub name: &'static str,
-    /// Its value in this plan.
-    pub value: u32,
-    /// Its value in a kernel that supports every feature; None if that kernel takes any value.
-    pub general: Option<u32>,
-    /// Effect of the value.
-    pub why: String,
-}
 
 /// The kernels that run, in the order of their first dispatch.
 pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
