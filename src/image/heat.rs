@@ -1,8 +1,8 @@
 //! Numbers as colours: the map "inferno" of Smith and van der Walt (matplotlib, 2015), in which a larger
 //! number is always lighter, and pictures of such numbers with a bar that tells the scale.
 
-use super::canvas::{Canvas, Color, text_height, text_width};
-use super::{Metadata, png8};
+use super::canvas::{Canvas, Color};
+use super::{Metadata, png8, text};
 use crate::units::number;
 use std::io::{self, Write};
 
@@ -17,7 +17,8 @@ const GAP: u32 = 6;
 const BAR: u32 = 12;
 /// Narrower pictures get a legend of this width beside empty ground.
 const LEGEND_LEAST: u32 = 240;
-/// From this width on the legend's text is twice as large.
+/// Height of a line of the legend's text: of narrow pictures, and from [`LARGE`] pixels of width on.
+const LINES: [u32; 2] = [14, 24];
 const LARGE: u32 = 600;
 
 /// sRGB code of a number in [0, 1]: black, violet, red, orange, pale yellow. Outside, the nearest end;
@@ -64,8 +65,7 @@ pub fn paint(values: &[f64], width: u32, range: Range, what: &str) -> Painted {
     let height = values.len().checked_div(width as usize).unwrap_or(0) as u32;
     let (lo, hi) = range.ends(values);
     let place = |v: f64| if hi > lo { (v - lo) / (hi - lo) } else { v - lo };
-    let scale = if width >= LARGE { 2 } else { 1 };
-    let line = text_height(scale);
+    let line = LINES[usize::from(width >= LARGE)];
     let strip = line + BAR + line + 4 * GAP;
     let mut canvas = Canvas::new(width.max(LEGEND_LEAST), height + strip, GROUND);
     for (i, value) in (0u32..).zip(&values[..width as usize * height as usize]) {
@@ -75,7 +75,7 @@ pub fn paint(values: &[f64], width: u32, range: Range, what: &str) -> Painted {
     let missing = values.iter().any(|v| v.is_nan());
     let what = if missing { format!("{what} (cyan: no number)") } else { what.to_owned() };
     let mut top = height + GAP;
-    canvas.text([GAP, top], &what, scale, TEXT);
+    canvas.text([GAP, top], &what, line, TEXT);
     top += line + GAP;
     let (left, bar) = (GAP, canvas.width - 2 * GAP);
     for x in 0..bar {
@@ -84,10 +84,10 @@ pub fn paint(values: &[f64], width: u32, range: Range, what: &str) -> Painted {
     top += BAR + GAP;
     let middle = lo + (hi - lo) / 2.0;
     let labels = [lo, middle, hi].map(|v| number(format!("{v:.2e}").parse().unwrap_or(v)));
-    let widths = [0, 1, 2].map(|i| text_width(&labels[i], scale));
+    let widths = [0, 1, 2].map(|i| text::width(&labels[i], line));
     let places = [left, left + (bar.saturating_sub(widths[1])) / 2, left + bar.saturating_sub(widths[2])];
     for (label, x) in labels.iter().zip(places) {
-        canvas.text([x, top], label, scale, TEXT);
+        canvas.text([x, top], label, line, TEXT);
     }
     Painted { canvas }
 }
@@ -158,8 +158,8 @@ mod tests {
         }
         // The bar runs from one end of the colours to the other.
         let [width, height] = painted.size();
-        assert_eq!((width, height), (LEGEND_LEAST, 2 + 2 * 8 + BAR + 4 * GAP));
-        let row = 2 + GAP + 8 + GAP + BAR / 2;
+        assert_eq!((width, height), (LEGEND_LEAST, 2 + 2 * LINES[0] + BAR + 4 * GAP));
+        let row = 2 + GAP + LINES[0] + GAP + BAR / 2;
         assert_eq!(
             (pixel(&painted, GAP, row), pixel(&painted, width - GAP - 1, row)),
             (heat(0.0), heat(1.0))
@@ -181,6 +181,6 @@ mod tests {
         assert_eq!(Range::Auto.ends(&[-2.0, -1.0]), (-2.0, 0.0));
         paint(&[], 0, Range::Auto, "nothing");
         let wide = paint(&[1.0; 700], 700, Range::Auto, "one row");
-        assert_eq!(wide.size(), [700, 1 + 2 * 16 + BAR + 4 * GAP]);
+        assert_eq!(wide.size(), [700, 1 + 2 * LINES[1] + BAR + 4 * GAP]);
     }
 }
