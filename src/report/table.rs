@@ -126,7 +126,8 @@ pub fn warnings(report: &Report) -> Vec<String> {
 
 /// Device, scene and plan; time per pass and depth; rays per depth; totals.
 pub fn report(report: &Report) -> String {
-    [about(report), passes(report), rays(report), totals(report)].join("\n")
+    let passes = passes(report) + "items: rays, samples or pixels, depending on the pass\n";
+    [about(report), passes, rays(report), totals(report)].join("\n")
 }
 
 /// Device, scene, local frame, settings and plan, one line each.
@@ -224,7 +225,7 @@ fn passes(report: &Report) -> String {
     }
     // Items of different passes (rays, samples, pixels) do not add up.
     table.row(cells("all", String::new(), &report.passes));
-    format!("{table}items are rays, samples or pixels, depending on the pass\n")
+    table.to_string()
 }
 
 fn rays(report: &Report) -> String {
