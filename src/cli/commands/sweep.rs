@@ -95,7 +95,11 @@ fn text(record: &Record) -> String {
         ]);
     }
     let truth = record.truth.as_ref().map_or(String::new(), |t| {
-        let hidden = t.truncation.as_ref().map_or("unknown".into(), |h| format!("at most {}", figure(h.rms)));
+        let hidden = match t.truncation.as_ref().map(|h| h.rms) {
+            None => "unknown".into(),
+            Some(0.0) => "0".into(),
+            Some(rms) => format!("at most {}", figure(rms)),
+        };
         format!("truth: standard error {}, truncation {hidden} (RMSE)\n", figure(t.standard_error))
     });
     format!("{front}\n{cheapest}\n{truth}")

@@ -12,7 +12,7 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The whole page; `svgs` are the drawn plots, in the order of `plots`.
+/// The whole page; each plot comes with its SVG.
 pub(super) fn page(record: &Record, plots: &[(Plot, String)], pictures: &Pictures) -> String {
     let title = format!("Sweep of {}", escaped(&record.scene));
     let mut text = format!(
@@ -131,8 +131,8 @@ half: a quarter of the values lies below it, a quarter above. A setting that tak
 once.</dd>
 <dt>FLIP</dt><dd>a perceptual error from 0 to 1: how different the pictures look when flipping between them \
 (Andersson et al. 2020).</dd>
-<dt>efficiency</dt><dd>1 / (RMSE<sup>2</sup> &times; time): twice the efficiency reaches the same sampling error in half \
-the time. Shown relative to the best setting.</dd>
+<dt>efficiency</dt><dd>1 / (RMSE<sup>2</sup> &times; time), relative to the best setting. While the sampling error is all, \
+independent samples keep it, however many they are.</dd>
 <dt>one sample</dt><dd>lies at the pixel's centre with every sampler, so one-sample pictures of all samplers are \
 equal.</dd>
 </dl></details>

@@ -1,11 +1,18 @@
 //! Pieces of HTML: text, numbers, tables, embedded files.
 
-use crate::units::figure;
 use std::fmt::Write;
 
-/// A figure, or `-` if it is unknown.
+/// An error with three significant digits, or `-` if it is unknown.
 pub(super) fn error(x: Option<f64>) -> String {
-    x.map_or("-".into(), figure)
+    match x {
+        None => "-".into(),
+        Some(x) if x == 0.0 || !x.is_finite() => format!("{x}"),
+        Some(x) if x.abs() < 1e-3 => format!("{x:.2e}"),
+        Some(x) => {
+            let decimals = (2.0 - x.abs().log10().floor()).clamp(0.0, 5.0) as usize;
+            format!("{x:.decimals$}")
+        }
+    }
 }
 
 /// Text that is no markup.
@@ -13,32 +20,30 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A section: heading, a sentence on how to read it, and a table whose first column is text. Empty if there
-/// are no rows. Cells but the first are HTML.
+/// A section: heading, a note on how to read it (HTML), and a table whose first `words` columns are flush left.
+/// Empty if there are no rows.
 pub(super) fn section<const N: usize>(
     title: &str,
     note: &str,
-    heads: &[&str; N],
+    (words, heads): (usize, &[&str; N]),
     rows: impl Iterator<Item = [String; N]>,
 ) -> String {
-    let mut body = String::new();
-    for row in rows {
-        for (i, cell) in row.iter().enumerate() {
-            let _ = match i {
-                0 => write!(body, "<tr><td class=\"l\">{}</td>", escaped(cell)),
-                _ => write!(body, "<td>{cell}</td>"),
-            };
+    let line = |tag: &str, cells: &[String]| {
+        let mut line = String::from("<tr>");
+        for (i, cell) in cells.iter().enumerate() {
+            let class = if i < words { " class=\"l\"" } else { "" };
+            let _ = write!(line, "<{tag}{class}>{}</{tag}>", escaped(cell));
         }
-        body += "</tr>\n";
-    }
+        line + "</tr>\n"
+    };
+    let body: String = rows.map(|row| line("td", &row)).collect();
     if body.is_empty() {
         return String::new();
     }
     let id = title.to_lowercase().replace(' ', "-");
-    let heads: Vec<String> = heads.iter().map(|h| format!("<th>{}</th>", escaped(h))).collect();
-    let heads = heads.concat().replacen("<th>", "<th class=\"l\">", 1);
+    let heads = line("th", &heads.map(String::from));
     format!(
-        "<h2 id=\"{id}\">{title}</h2>\n<p>{note}</p>\n<div class=\"scroll\"><table><thead><tr>{heads}</tr></thead><tbody>\n{body}</tbody></table></div>\n"
+        "<h2 id=\"{id}\">{title}</h2>\n<p>{note}</p>\n<div class=\"scroll\"><table><thead>{heads}</thead><tbody>\n{body}</tbody></table></div>\n"
     )
 }
 
@@ -81,4 +86,17 @@ mod tests {
         }
     }
 
+
+    #[test]
+    fn errors_have_three_digits() {
+        let cases = [Some(0.0), Some(0.012_345), Some(0.0098), Some(1.5), Some(123.4), Some(4.321e-5), None];
+        assert_eq!(cases.map(error), ["0", "0.0123", "0.00980", "1.50", "123", "4.32e-5", "-"]);
+    }
+
+    #[test]
+    fn columns_of_words_are_flush_left() {
+        let text = section("A b", "", (1, &["word", "x"]), [["<i>".into(), "2".into()]].into_iter());
+        assert!(text.contains("<h2 id=\"a-b\">") && text.contains("<td class=\"l\">&lt;i&gt;</td><td>2</td>"), "{text}");
+        assert!(section("A b", "", (1, &["word"]), std::iter::empty()).is_empty());
+    }
 }

@@ -4,7 +4,7 @@ use super::markup::{error, section};
 use crate::stats::{median, quartiles};
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
-use crate::units::seconds;
+use crate::units::{figure, seconds};
 
 /// Rows of the Pareto front, fastest first.
 pub(super) fn front_rows(record: &Record) -> Vec<&Row> {
@@ -22,7 +22,7 @@ pub(super) fn front(record: &Record) -> String {
         "Pareto front",
         "The settings worth choosing: each has the lowest error for its time. Every other setting is both slower \
          and worse than one of these, or better by less than 1 %.",
-        &["setting", "time", "RMSE", "FLIP"],
+        (1, &["setting", "time", "RMSE", "FLIP"]),
         cells,
     )
 }
@@ -30,8 +30,8 @@ pub(super) fn front(record: &Record) -> String {
 pub(super) fn cheapest(record: &Record) -> String {
     let cells = record.cheapest.iter().map(|c| {
         [
-            format!("at most {}", error(Some(c.error))),
-            c.name.as_deref().map_or("no setting of this sweep".into(), super::markup::escaped),
+            format!("at most {}", figure(c.error)),
+            c.name.clone().unwrap_or("no setting of this sweep".into()),
             c.seconds.map_or("-".into(), seconds),
             error(c.rmse),
         ]
@@ -39,22 +39,22 @@ pub(super) fn cheapest(record: &Record) -> String {
     section(
         "Fastest setting for an error",
         "For each error asked for, the fastest setting that keeps it.",
-        &["RMSE asked for", "setting", "time", "RMSE reached"],
+        (2, &["RMSE asked for", "setting", "time", "RMSE reached"]),
         cells,
     )
 }
 
 pub(super) fn slopes(record: &Record) -> String {
     let cells = record.slopes.iter().map(|s| {
-        let sure = s.uncertainty.map_or(String::new(), |u| format!(" &plusmn; {u:.2}"));
-        [s.line.clone(), format!("{:.2}{sure}", s.fitted), s.theory.clone(), s.points.to_string()]
+        let sure = s.uncertainty.map_or(String::new(), |u| format!(" \u{b1} {u:.2}"));
+        [s.line.clone(), format!("{:.2}{sure}", s.fitted), s.points.to_string(), s.theory.clone()]
     });
     section(
         "Convergence",
         "How fast the sampling error falls: the exponent <i>s</i> in error &prop; samples<sup><i>s</i></sup>, \
          fitted by least squares in log-log coordinates, &plusmn; its standard error. A more negative exponent \
          gains more from each added sample.",
-        &["settings", "fitted exponent", "theory", "points fitted"],
+        (1, &["settings", "fitted exponent", "points fitted", "theory"]),
         cells,
     )
 }
@@ -78,7 +78,7 @@ pub(super) fn doublings(record: &Record) -> String {
         "Cost of twice the samples",
         "Device time with twice the samples divided by that before, over all settings that differ in nothing \
          else. 2 is expected; less means that part of the time does not depend on samples.",
-        &["samples per pixel", "ratio, median", "interquartile range", "settings within 20 % of 2"],
+        (1, &["samples per pixel", "ratio, median", "interquartile range", "settings within 20 % of 2"]),
         cells,
     )
 }
@@ -111,7 +111,7 @@ pub(super) fn precisions(record: &Record) -> String {
         "Precisions",
         "Each precision against the others at otherwise equal settings: ratios are medians over all settings. \
          Rounding error is the RMSE from the picture of the same setting in f64.",
-        &["precision", &time, &rmse, "rounding error, median", "rounding error, largest"],
+        (1, &["precision", &time, &rmse, "rounding error, median", "rounding error, largest"]),
         cells,
     )
 }
