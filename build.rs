@@ -1,9 +1,13 @@
 //! Compiles `glsl/*.comp` to SPIR-V, checks it against `src/kernel/abi.rs`, and writes the typed kernel
-//! table `kernels.rs`.
+//! table `kernels.rs`. With the feature `defects`, the same once more in the folder `defects` from
+//! sources with planted mistakes (`src/kernel/defects.rs`).
 
 #[path = "src/kernel/abi.rs"]
 #[allow(dead_code, unused_imports)]
 mod abi;
+#[path = "src/kernel/defects.rs"]
+#[allow(dead_code)]
+mod defects;
 #[path = "src/kernel/spirv.rs"]
 #[allow(dead_code)]
 mod spirv;
@@ -14,6 +18,7 @@ use std::{env, fs, process};
 
 fn main() {
     println!("cargo:rerun-if-changed=src/kernel/abi.rs");
+    println!("cargo:rerun-if-changed=src/kernel/defects.rs");
     println!("cargo:rerun-if-changed=src/kernel/spirv.rs");
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/lib");
@@ -32,11 +37,22 @@ fn main() {
     }
 }
 
+fn compile_all() -> Result<(), String> {
+    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
+    compile_set(&out, false)?;
+    if env::var_os("CARGO_FEATURE_DEFECTS").is_none() {
+        return Ok(());
+    }
+    let out = out.join("defects");
+    fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
+    compile_set(&out, true)
+}
+
 /// Kernels in which subgroups count together: of devices on which these work together, so in two forms alone.
 const JOINED: [&str; 2] = ["place", "trace"];
 
-fn compile_all() -> Result<(), String> {
-    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
+/// Compiles all kernels into `out`, as they are or with every planted mistake to choose from.
+fn compile_set(out: &Path, planted: bool) -> Result<(), String> {
     let mut kernels: Vec<PathBuf> = fs::read_dir("glsl")
         .map_err(|e| format!("glsl: {e}"))?
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -62,7 +78,7 @@ fn compile_all() -> Result<(), String> {
         let forms =
             precisions.into_iter().filter(|_| !joined).chain(more.into_iter().filter(|_| traces || joined));
         for (suffix, real, real3, structs) in forms {
-            let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix))?;
+            let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix), planted)?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
             check(name, &module, structs)?;
             let file = out.join(format!("{name}.{suffix}.spv"));
@@ -89,13 +105,18 @@ fn compile_all() -> Result<(), String> {
             "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), few: Spirv(include_bytes!({few:?})), packet: Spirv(include_bytes!({packet:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
         );
     }
-    let source = format!(
-        "/// The kernels, one per file in `glsl`, in alphabetical order.\n\
-         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n\n\
-         /// What was compiled, in the order of [`Kernel`].\n\
+    let mut source = format!(
+        "/// What was compiled, in the order of [`Kernel`].\n\
          pub const KERNELS: [KernelCode; {}] = [\n{table}];\n",
         kernels.len()
     );
+    if !planted {
+        let _ = write!(
+            source,
+            "\n/// The kernels, one per file in `glsl`, in alphabetical order.\n\
+             #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n"
+        );
+    }
     fs::write(out.join("kernels.rs"), source).map_err(|e| e.to_string())
 }
 
@@ -161,8 +182,26 @@ fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct], form: &str) -> 
     text
 }
 
-fn compile(compiler: &shaderc::Compiler, path: &Path, abi_glsl: &str) -> Result<Vec<u32>, String> {
-    let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+/// The text of a GLSL file.
+fn read(path: &Path, planted: bool) -> Result<String, String> {
+    let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    match path.file_name().and_then(|name| name.to_str()) {
+        Some(name) if planted => defects::plant(name, &text),
+        _ => Ok(text),
+    }
+}
+
+fn compile(
+    compiler: &shaderc::Compiler,
+    path: &Path,
+    abi_glsl: &str,
+    planted: bool,
+) -> Result<Vec<u32>, String> {
+    let source = read(path, planted)?;
+    let mut abi_glsl = abi_glsl.to_owned();
+    if planted {
+        let _ = writeln!(abi_glsl, "layout(constant_id = {}) const uint defect = 0u;", defects::ID);
+    }
     let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
     options.set_warnings_as_errors();
@@ -173,11 +212,11 @@ fn compile(compiler: &shaderc::Compiler, path: &Path, abi_glsl: &str) -> Result<
         if requested == "abi.glsl" {
             return Ok(shaderc::ResolvedInclude {
                 resolved_name: requested.into(),
-                content: abi_glsl.into(),
+                content: abi_glsl.clone(),
             });
         }
         let file = Path::new("glsl/lib").join(requested);
-        let content = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+        let content = read(&file, planted)?;
         Ok(shaderc::ResolvedInclude { resolved_name: file.display().to_string(), content })
     });
     let artifact = compiler

@@ -8,11 +8,11 @@ mod common;
 
 use common::{render, renderer, scenes, small};
 use whitted::kernel::abi::Specialisation;
+use whitted::kernel::defects::Defect;
 use whitted::lab::receipt::differing;
 use whitted::plan::{Limits, Plan, pack_for};
 use whitted::reference::twin;
 use whitted::scene::{self, Scene};
-use whitted::settings::defect::Defect;
 use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{Schedule, Settings};
 
@@ -127,9 +127,13 @@ fn a_planted_defect_is_noticed() {
     let settings = tiny(&scene);
     let mut renderer = renderer();
     let own = render(&mut renderer, &scene, &settings);
+    let general = with(&settings, General::all());
+    renderer.plant(Defect::Nothing);
+    let sound = render(&mut renderer, &scene, &general);
+    assert_eq!(differing(&own.linear, &sound.linear), 0);
     // Another triangle test: t has other last bits.
-    let planted = Settings { planted: Some(Defect::MoellerTrumbore), ..with(&settings, General::all()) };
-    let wrong = render(&mut renderer, &scene, &planted);
+    renderer.plant(Defect::MoellerTrumbore);
+    let wrong = render(&mut renderer, &scene, &general);
     assert!(differing(&own.linear, &wrong.linear) > 0, "a defect in the general kernels is not noticed");
 }
 

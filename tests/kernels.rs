@@ -16,10 +16,10 @@ use state::{State, variants};
 use std::rc::Rc;
 use whitted::kernel::abi::{
     BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, Contribution,
-    DEFECT_MOELLER_TRUMBORE, DEFECT_NAIVE_QUADRATIC, DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE,
     FRESNEL_CONSTANT, Film, NONE, Push, Specialisation,
 };
-use whitted::kernel::table::Kernel;
+use whitted::kernel::defects::Defect;
+use whitted::kernel::table::{Kernel, KernelSet};
 use whitted::reference::twin::single::Memory;
 use whitted::vk::Device;
 
@@ -388,22 +388,23 @@ fn a_kernel_with_a_planted_defect_differs_from_its_twin() {
     let device = device();
     let state = State::new(variants()[0].1, 3);
     for (kernel, defect) in [
-        (Kernel::Intersect, DEFECT_MOELLER_TRUMBORE),
-        (Kernel::Intersect, DEFECT_NAIVE_QUADRATIC),
-        (Kernel::Shade, DEFECT_SCHLICK_INSIDE),
-        (Kernel::Resolve, DEFECT_NAIVE_SUM),
+        (Kernel::Intersect, Defect::MoellerTrumbore),
+        (Kernel::Intersect, Defect::NaiveQuadratic),
+        (Kernel::Shade, Defect::SchlickInside),
+        (Kernel::Resolve, Defect::NaiveSum),
     ] {
         let mut memory = state.hit();
         memory.film.iter_mut().for_each(|f| *f = Film { sum: [1e6; 3], compensation: [0.0; 3] });
         let push = Push { tile_pixels: 101, batch_samples: 5, ..state.push() };
-        let mut bench = Bench::new(&device, &Specialisation { defect, ..state.spec }, &memory);
-        bench.upload(&memory);
-        bench.run(kernel, &push, push.items);
         let mut twin = memory.clone();
         twin.run(kernel, &state.spec, &push);
-        assert!(
-            !differences(&twin, &bench.download(&memory)).is_empty(),
-            "defect {defect} of {kernel:?} passes"
-        );
+        let by_device = |defect| {
+            let mut bench = Bench::of(KernelSet::planted(defect), &device, &state.spec, &memory);
+            bench.upload(&memory);
+            bench.run(kernel, &push, push.items);
+            bench.download(&memory)
+        };
+        assert!(!differences(&twin, &by_device(defect)).is_empty(), "{defect:?} of {kernel:?} passes");
+        assert_same(&format!("{kernel:?} with nothing planted"), &twin, &by_device(Defect::Nothing));
     }
 }

@@ -10,6 +10,7 @@ use std::io::BufReader;
 use std::path::Path;
 use std::rc::Rc;
 use whitted::compare::metrics::compare;
+use whitted::kernel::defects::Defect;
 use whitted::lab::sweep::axes::{Axis, grid};
 use whitted::lab::sweep::truth::{REPLICATES, Truth};
 use whitted::lab::sweep::{Plan, Record, SweepError, Watch, run};
@@ -17,7 +18,6 @@ use whitted::reference::oracle::Oracle;
 use whitted::render::Observer;
 use whitted::scene::Scene;
 use whitted::settings::Settings;
-use whitted::settings::defect::Defect;
 use whitted::settings::sampler::Sampler;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
@@ -141,15 +141,16 @@ fn the_oracle_judges_as_the_device_does() {
 fn a_planted_defect_shows_as_error_that_no_samples_mend() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let over = ["samples=16", "depth=5"];
-    let sound = sweep(&Plan { truth_samples: 64, ..plan(a.path(), &over) });
-    let mut plan = Plan { truth_samples: 64, ..plan(b.path(), &over) };
-    plan.base.planted = Some(Defect::ShadowBeyond);
-    let planted = sweep(&plan);
+    // The oracle traces the truth, which no planted mistake reaches.
+    let judged = |folder: &Path| Plan { truth_samples: 64, oracle: true, ..plan(folder, &over) };
+    let sound = sweep(&judged(a.path()));
+    let mut wrong = renderer();
+    wrong.plant(Defect::ShadowBeyond);
+    let planted = run(&mut wrong, &judged(b.path()), &mut Counting::new(usize::MAX)).expect("a sweep");
     let error = |record: &Record| record.rows[0].error.clone().unwrap();
     let (sound, planted) = (error(&sound), error(&planted));
     assert!(sound.limit.unwrap() < 1e-3 && sound.total < 0.02, "{sound:?}");
     assert!(planted.limit.unwrap() > 0.05 && planted.total > 0.05, "{planted:?}");
-    // Both were judged by the same truth, which has no defect.
     assert_eq!(sound.truth, planted.truth);
 }
 

@@ -54,7 +54,7 @@ fn a_missing_barrier_is_reported() {
         (Kernel::Place, Buf::Places, &fused),
     ] {
         let mut renderer = validated();
-        renderer.omit_barrier_after(Some(kernel));
+        renderer.omit_barrier_after(kernel);
         let settings = Settings { schedule: *schedule, ..small(&scene, 8, 1, 0) };
         render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();

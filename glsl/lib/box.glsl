@@ -1,14 +1,13 @@
 // Ray/box by slabs: Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013, with the factor for Vulkan's
 // 2.5-ulp division (numerics.md, Boxes): t = (b - o) * (1/d) carries (1 + 2u)^7.
 
-const real SLAB_GROW = defect == DEFECT_NARROW_SLAB ? real(1.0) : 1.0 + 16.0 * U; // 1 + 2 g(7), rounded up to a power of two
+const real SLAB_GROW = 1.0 + 16.0 * U; // 1 + 2 g(7), rounded up to a power of two
 // f32's pad at both precisions, though f64 could do with less.
-const float PAD = defect == DEFECT_HOST_TINY_BOX ? 0.0 : 1.9073486328125e-6; // 2^-19: Woop's own enlargement is at most 20u, 32u covers it
+const float PAD = 1.9073486328125e-6; // 2^-19: Woop's own enlargement is at most 20u, 32u covers it
 
 // 1/d with |d| >= 2^-80, sign kept, so that no product is NaN; the padding of the boxes keeps a ray
 // that lies in a face inside (numerics.md, Boxes).
 real safe_reciprocal(real d) {
-    if (defect == DEFECT_NARROW_SLAB) return 1.0 / d;
     real m = abs(d);
     m = m > 8.271806125530277e-25 ? m : real(8.271806125530277e-25); // 2^-80
     return 1.0 / (is_negative(d) ? -m : m);
@@ -17,10 +16,9 @@ real3 safe_reciprocal(real3 d) {
     return real3(safe_reciprocal(d.x), safe_reciprocal(d.y), safe_reciprocal(d.z));
 }
 
-// True if the ray crosses an axis upward. The planted defect takes a component of -0, whose reciprocal
-// is -2^80, for +0.
+// True if the ray crosses an axis upward; for a component of -0, whose reciprocal is -2^80, false.
 bool is_upward(real inv) {
-    return inv >= 0.0 || (defect == DEFECT_OCTANT && inv <= -1.208925819614629174706176e24);
+    return inv >= 0.0;
 }
 
 // Where the ray is within the box: [near, far], near >= 0. Empty if near > far.

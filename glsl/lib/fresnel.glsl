@@ -10,9 +10,8 @@ real3 along_surface(real3 d, real3 n, real c) {
 // cos of the transmitted angle squared; negative = total internal reflection. `scaled` = n1 / n2 times
 // the part of the direction along the surface. From its length, not from 1 - c^2: that would carry
 // the rounding of c eta^2-fold, this carries that of `scaled` eta-fold.
-real transmitted_cosine_squared(real3 scaled, real eta, real c) {
-    real k = 1.0 - (defect == DEFECT_COSINE_FORM ? eta * eta * (1.0 - c * c) : dot3(scaled, scaled));
-    return defect == DEFECT_CLAMPED_CRITICAL && k < 0.0 ? real(0.0) : k;
+real transmitted_cosine_squared(real3 scaled) {
+    return 1.0 - dot3(scaled, scaled);
 }
 
 // Unpolarised dielectric reflectance (numerics.md, Refraction); ct = transmitted cosine.
@@ -27,7 +26,7 @@ real fresnel_exact(real n1, real n2, real c, real ct) {
 real fresnel_schlick(real n1, real n2, real c, real ct) {
     real r = (n1 - n2) / (n1 + n2);
     real r0 = r * r;
-    real m = 1.0 - (n1 > n2 && defect != DEFECT_SCHLICK_INSIDE ? ct : c);
+    real m = 1.0 - (n1 > n2 ? ct : c);
     real m2 = m * m;
     return r0 + (1.0 - r0) * (m2 * m2 * m);
 }
@@ -35,10 +34,10 @@ real fresnel_schlick(real n1, real n2, real c, real ct) {
 // Share of reflection. 1 at total internal reflection; 0 for the two laws where nothing changes.
 real reflection_share(Material m, real n1, real n2, real3 d, real3 n, real c) {
     real eta = n1 / n2;
-    real k = transmitted_cosine_squared(eta * along_surface(d, n, c), eta, c);
+    real k = transmitted_cosine_squared(eta * along_surface(d, n, c));
     if (k < 0.0) return 1.0;
     if (m.fresnel_kind == FRESNEL_CONSTANT) return m.fresnel;
-    if (n1 == n2 && defect != DEFECT_EQUAL_INDICES) return 0.0;
+    if (n1 == n2) return 0.0;
     real ct = sqrt(k);
     return m.fresnel_kind == FRESNEL_EXACT ? fresnel_exact(n1, n2, c, ct) : fresnel_schlick(n1, n2, c, ct);
 }
@@ -46,7 +45,7 @@ real reflection_share(Material m, real n1, real n2, real3 d, real3 n, real c) {
 // Direction of the refracted ray; n on the ray's side, c = -n.d >= 0.
 real3 refracted(real3 d, real3 n, real eta, real c) {
     real3 scaled = eta * along_surface(d, n, c);
-    real k = transmitted_cosine_squared(scaled, eta, c);
+    real k = transmitted_cosine_squared(scaled);
     return safe_normalize(scaled - sqrt(k > 0.0 ? k : 0.0) * n);
 }
 

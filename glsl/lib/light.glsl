@@ -6,8 +6,6 @@
 // Largest t of an occluder: what is nearer to the light than a gap that can be resolved, twice the
 // spawn offset of a surface as large as the scene (8u + 48u in a frame of radius 1), is at the light.
 real before_light(real3 light, real3 segment) {
-    if (defect == DEFECT_SHADOW_BEYOND) return FAR;
-    if (defect == DEFECT_TO_THE_LIGHT) return 1.0;
     real m = max_component(light);
     real share = (64.0 * U) * (m > 1.0 ? m : real(1.0)) / max_component(segment);
     return share < 0.5 ? 1.0 - share : real(0.5);
@@ -22,7 +20,7 @@ vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_ray
     real squared = dot3(to_light, to_light);
     // A light nearer than the spawn offset cannot be resolved; its distance is clamped (numerics.md, Shading).
     real least_squared = dot3(s.offset, s.offset);
-    if (faces && squared < least_squared && defect != DEFECT_LIGHT_CONTACT) {
+    if (faces && squared < least_squared) {
         atomicAdd(counters[COUNTER_CLAMPED_LIGHTS], 1u);
         squared = least_squared;
     }

@@ -15,7 +15,7 @@ uint medium(uint ray, uint without) {
     uint found = 0u;
     for (uint j = 0u; j < media_capacity; j++) {
         uint m = media[ray * media_capacity + j];
-        if (m != 0u && m != without && (found == 0u || defect == DEFECT_NO_PRIORITY || solid_priorities[m] >= solid_priorities[found])) found = m;
+        if (m != 0u && m != without && (found == 0u || solid_priorities[m] >= solid_priorities[found])) found = m;
     }
     return found;
 }

@@ -27,7 +27,6 @@ real max_component(real3 v) {
 // [1, 3], where neither overflow nor underflow touches it (numerics.md, Shading). 1 / sqrt, not
 // inversesqrt: both operations are correctly rounded on IEEE hardware.
 real3 safe_normalize(real3 v) {
-    if (defect == DEFECT_BLIND_NORMALISE) return v / sqrt(dot3(v, v));
     real m = max_component(v);
     if (!(m > 0.0)) return real3(0.0);
     real3 s = v / m;
@@ -67,10 +66,6 @@ real product_error(real a, real b, real p) {
 // errors, and 2^20 samples lose (2^20 u)^2, some 900 units in the last place; so they lose 2^20 u^2.
 void neumaier(inout vec3 sum, inout vec3 compensation, vec3 x) {
     vec3 t = sum + x;
-    if (defect == DEFECT_NAIVE_SUM) {
-        sum = t;
-        return;
-    }
     for (int i = 0; i < 3; i++) {
         compensation[i] += abs(sum[i]) >= abs(x[i]) ? (sum[i] - t[i]) + x[i] : (x[i] - t[i]) + sum[i];
     }

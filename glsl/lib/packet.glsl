@@ -23,16 +23,11 @@ real greater(real a, real b) {
 // `box_interval` by least and greatest instead of by the signs of the direction: the same numbers, since a box's
 // planes are in order and roundings keep it, without what depends on the ray alone.
 bool meets(real3 lo, real3 hi, real3 o, real3 inv, real limit, out real near) {
-    real far;
-    if (defect == DEFECT_OCTANT) {
-        box_interval(lo, hi, o, inv, near, far);
-    } else {
-        real x0 = (lo.x - o.x) * inv.x, x1 = (hi.x - o.x) * inv.x;
-        real y0 = (lo.y - o.y) * inv.y, y1 = (hi.y - o.y) * inv.y;
-        real z0 = (lo.z - o.z) * inv.z, z1 = (hi.z - o.z) * inv.z;
-        near = greater(greater(lesser(x0, x1), lesser(y0, y1)), greater(lesser(z0, z1), real(0.0)));
-        far = lesser(lesser(greater(x0, x1), greater(y0, y1)), greater(z0, z1)) * SLAB_GROW;
-    }
+    real x0 = (lo.x - o.x) * inv.x, x1 = (hi.x - o.x) * inv.x;
+    real y0 = (lo.y - o.y) * inv.y, y1 = (hi.y - o.y) * inv.y;
+    real z0 = (lo.z - o.z) * inv.z, z1 = (hi.z - o.z) * inv.z;
+    near = greater(greater(lesser(x0, x1), lesser(y0, y1)), greater(lesser(z0, z1), real(0.0)));
+    real far = lesser(lesser(greater(x0, x1), greater(y0, y1)), greater(z0, z1)) * SLAB_GROW;
     return near <= lesser(far, limit);
 }
 
@@ -146,7 +141,7 @@ void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
             if (lanes > 4u) count += subgroupShuffle(count, lane ^ 4u);
             bool down = count != 0u;
             uint entered = max(count, 1u) - 1u;
-            bool full = top + entered > (defect == DEFECT_SHORT_STACK ? 4u : stack_size + 1u);
+            bool full = top + entered > stack_size + 1u;
             overflowed = overflowed || full;
             entered = full ? 0u : entered;
             uint near = pick(mine.link, other.link, uint(low)), distant = near;

@@ -5,7 +5,7 @@
 
 // A shading normal may mirror a ray below the surface: bend it back until it just leaves (numerics.md, Shading).
 real3 above(real3 direction, real3 offset) {
-    if (smooth_normals == 0u || defect == DEFECT_BELOW_SURFACE) return direction;
+    if (smooth_normals == 0u) return direction;
     real3 n = safe_normalize(offset);
     real height = dot3(direction, n);
     return height < 4.0 * U ? safe_normalize(direction + (4.0 * U - height) * n) : direction;
@@ -28,7 +28,7 @@ void change_media(uint from, uint to, uint solid, bool leaves) {
         if (n < media_capacity) {
             next_media[to * media_capacity + n++] = solid;
         } else {
-            if (defect != DEFECT_SILENT_MEDIA) atomicAdd(counters[COUNTER_MEDIA_OVERFLOW], 1u);
+            atomicAdd(counters[COUNTER_MEDIA_OVERFLOW], 1u);
         }
     }
     for (; n < media_capacity; n++) next_media[to * media_capacity + n] = 0u;
@@ -49,7 +49,7 @@ void spawn(Surface s, Ray ray, float secondary, uint from, uint to) {
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
-        real3 w = s.eta == 1.0 && defect != DEFECT_EQUAL_INDICES ? d : refracted(d, s.normal, s.eta, s.cosine);
+        real3 w = s.eta == 1.0 ? d : refracted(d, s.normal, s.eta, s.cosine);
         store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.slot, skip, (1.0 - s.share) * throughput, 0u));
         if (s.solid != 0u) {
             change_media(from, to, s.solid, (s.flags & LEAVES) != 0u);

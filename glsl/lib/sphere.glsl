@@ -6,7 +6,7 @@
 // The nearest root ahead of t0 = c/q and t1 = q/a, or a negative number.
 real nearest_root(real t0, real t1) {
     real near = t0 < t1 ? t0 : t1, far = t0 < t1 ? t1 : t0;
-    return near > 0.0 || defect == DEFECT_SMALLER_ROOT ? near : far;
+    return near > 0.0 ? near : far;
 }
 
 // A ray that starts on the sphere: one root is 0 by definition and the other is the chord 2b/a
@@ -30,25 +30,15 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
     real3 f = o - s.center;
     real a = dot3(d, d);
     real b = -dot3(f, d);
-    bool starts_here = own && defect != DEFECT_SMALLER_ROOT;
-    int course = starts_here ? own_course(b, o, d, s.radius) : GRAZING;
-    real root_ahead;
-    bool meets;
-    if (defect == DEFECT_NAIVE_QUADRATIC) {
-        real disc = b * b - a * (dot3(f, f) - s.radius * s.radius);
-        real sq = sqrt(disc > 0.0 ? disc : real(0.0));
-        root_ahead = nearest_root((b - sq) / a, (b + sq) / a);
-        meets = disc >= 0.0 && root_ahead > 0.0;
-    } else {
-        real3 p = f + (b / a) * d;
-        real discriminant = s.radius * s.radius - dot3(p, p);
-        real root = sqrt(a * (discriminant > 0.0 ? discriminant : 0.0));
-        real q = b + (b < 0.0 ? -root : root);
-        real c = power(f, s.radius);
-        root_ahead = nearest_root(c / q, q / a);
-        // q == 0: tangent at the origin itself; no contact ahead. Starting here, c >= 0: grazes from outside.
-        meets = discriminant >= 0.0 && q != 0.0 && root_ahead > 0.0 && (!starts_here || c < 0.0);
-    }
+    int course = own ? own_course(b, o, d, s.radius) : GRAZING;
+    real3 p = f + (b / a) * d;
+    real discriminant = s.radius * s.radius - dot3(p, p);
+    real root = sqrt(a * (discriminant > 0.0 ? discriminant : 0.0));
+    real q = b + (b < 0.0 ? -root : root);
+    real c = power(f, s.radius);
+    real root_ahead = nearest_root(c / q, q / a);
+    // q == 0: tangent at the origin itself; no contact ahead. Starting here, c >= 0: grazes from outside.
+    bool meets = discriminant >= 0.0 && q != 0.0 && root_ahead > 0.0 && (!own || c < 0.0);
     // One way out: lavapipe would run both and keep the values of each.
     t = course == GRAZING ? root_ahead : 2.0 * b / a;
     return course == GRAZING ? meets : course == INWARD;
@@ -57,7 +47,6 @@ bool hit_sphere(Sphere s, real3 o, real3 d, bool own, out real t) {
 // False only where `hit_sphere` is false: a line that passes the sphere by, or one that leaves it behind, whose
 // roots are both negative. What it starts on and what is in double length is left to the test.
 bool may_hit_sphere(Sphere s, real3 o, real3 d, bool own) {
-    if (defect == DEFECT_NAIVE_QUADRATIC) return true;
     real3 f = o - s.center;
     real b = -dot3(f, d);
     real3 p = f + (b / dot3(d, d)) * d;

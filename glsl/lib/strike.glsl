@@ -70,8 +70,7 @@ Surface strike(uint i, Ray ray, Hit h, out Material m) {
         if (s.solid != 0u) {
             s.flags |= is_inside(i, s.solid) ? LEAVES : 0u;
             uint others = medium(i, s.solid);
-            if (defect == DEFECT_ONE_MEDIUM) inside = others = 0u;
-            if (others != 0u && defect != DEFECT_NO_PRIORITY && solid_priorities[others] > solid_priorities[s.solid]) {
+            if (others != 0u && solid_priorities[others] > solid_priorities[s.solid]) {
                 // Another solid's matter fills both sides: nothing is here for light.
                 s.share = 0.0;
                 bool last = push.depth == push.last_depth;
@@ -80,10 +79,9 @@ Surface strike(uint i, Ray ray, Hit h, out Material m) {
                 return s;
             }
             // Entering: of equal priority, the solid entered last is the medium.
-            here = solid_iors[defect == DEFECT_ONE_MEDIUM && (s.flags & LEAVES) != 0u ? s.solid : inside];
+            here = solid_iors[inside];
             beyond = solid_iors[(s.flags & LEAVES) != 0u ? others : s.solid];
-            bool flipped = defect == DEFECT_FLIPPED_ETA && (s.flags & LEAVES) != 0u;
-            s.eta = flipped ? beyond / here : here / beyond;
+            s.eta = here / beyond;
         } else {
             here = solid_iors[inside];
             beyond = m.ior; // a thin sheet: reflects like its material, refracts nothing
@@ -91,8 +89,7 @@ Surface strike(uint i, Ray ray, Hit h, out Material m) {
     }
     s.share = float(reflection_share(m, here, beyond, d, s.normal, s.cosine));
     float w = greatest(ray.throughput);
-    bool bailout = defect == DEFECT_BAILOUT && w < 1.0 / 255.0;
-    if (m.secondary > 0.0 && !bailout) {
+    if (m.secondary > 0.0) {
         w *= m.secondary;
         s.flags |= child(ray.slot, CHILD_REFLECTED, s.share * w) | child(ray.slot, CHILD_REFRACTED, (1.0 - s.share) * w);
     }

@@ -23,7 +23,6 @@ real inset_share(real by, real3 base, real area) {
 // it. Four times the offset serves walls that meet at atan(1/4) = 14 degrees or more. An edge inside a
 // polygon has no wall.
 void inset(real3 e1, real3 e2, real by, uint inner_edges, inout real u, inout real v) {
-    if (defect == DEFECT_NO_INSET) return;
     real3 n = cross3(e1, e2);
     real area = sqrt(dot3(n, n));
     real least_u = (inner_edges & INNER_CA) != 0u ? real(0.0) : inset_share(by, e2, area);
@@ -102,7 +101,6 @@ real nudge(real x, real by) {
 // Origin of a ray that leaves the surface in unit `direction`: moved off it to that side, or, where a
 // fixed epsilon is being measured, `shift` along the direction.
 real3 spawn_origin(real3 position, real3 offset, real3 direction, float shift) {
-    if (defect == DEFECT_NO_OFFSET) return position;
     if (origin_fixed != 0u) return position + real(shift) * direction;
     real3 o = dot3(direction, offset) < 0.0 ? -offset : offset;
     real3 p = position + o;

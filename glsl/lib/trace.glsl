@@ -50,14 +50,14 @@ bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
 // then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
 void take_hit(Best h, bool hit, real3 lo, real3 hi, TraceRay r, inout Best best) {
     // One condition and no early return: lavapipe would keep the values of each way out.
-    if (robust != 0u && defect != DEFECT_UNCONFINED) {
+    if (robust != 0u) {
         real near, far;
         box_interval(lo, hi, r.origin, r.inverse, near, far);
         hit = hit && !(near > far);
         h.t = h.t < near ? near : (h.t > far ? far : h.t);
     }
     // A tie with the limit itself is no hit: `best.primitive` is still NONE then.
-    bool wins_tie = h.t == best.t && best.primitive != NONE && defect != DEFECT_TRAVERSAL_TIES && h.id < best.id;
+    bool wins_tie = h.t == best.t && best.primitive != NONE && h.id < best.id;
     bool take = hit && (h.t < best.t || wins_tie);
     best.t = take ? h.t : best.t;
     best.u = take ? h.u : best.u;
@@ -68,7 +68,6 @@ void take_hit(Best h, bool hit, real3 lo, real3 hi, TraceRay r, inout Best best)
 
 // `may`: the ray is to be tested at all.
 void try_triangle(Triangle t, uint primitive, bool may, TraceRay r, inout Best best) {
-    uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Best h;
     h.primitive = primitive;
     h.id = t.id;
@@ -77,7 +76,7 @@ void try_triangle(Triangle t, uint primitive, bool may, TraceRay r, inout Best b
     bool false_hit = robust != 0u && r.skip != NONE && recedes(t, geometric_normal(t), r, h.t);
     real3 lo, hi;
     triangle_box(t, lo, hi);
-    take_hit(h, may && hit && primitive != skip && !false_hit, lo, hi, r, best);
+    take_hit(h, may && hit && primitive != r.skip && !false_hit, lo, hi, r, best);
 }
 
 void test_triangle(uint primitive, TraceRay r, inout Best best) {
@@ -85,15 +84,14 @@ void test_triangle(uint primitive, TraceRay r, inout Best best) {
 }
 
 void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best) {
-    uint skip = defect == DEFECT_NO_IDENTITY ? NONE : r.skip;
     Best h = Best(0.0, 0.0, 0.0, primitive, s.id);
     bool hit;
     if (wide_spheres_used != 0u && s.radius < 0.0) {
         s.radius = -s.radius;
         WideSphere w = wide_spheres[s.wide];
-        hit = hit_wide_sphere(w, r.origin, r.direction, primitive == skip, h.t);
+        hit = hit_wide_sphere(w, r.origin, r.direction, primitive == r.skip, h.t);
     } else {
-        hit = hit_sphere(s, r.origin, r.direction, primitive == skip, h.t);
+        hit = hit_sphere(s, r.origin, r.direction, primitive == r.skip, h.t);
     }
     real3 lo, hi;
     sphere_box(s, lo, hi);
@@ -127,7 +125,7 @@ const uint few_spheres = !by_tree || loose_spheres != 0u ? sphere_count : 0u;
 bool may_reach(real3 lo, real3 hi, TraceRay r, real limit) {
     real near, far;
     box_interval(lo, hi, r.origin, r.inverse, near, far);
-    return near < limit || robust == 0u || defect == DEFECT_UNCONFINED;
+    return near < limit || robust == 0u;
 }
 
 uint filter_triangle(uint i, real3 a, real3 b, real3 c, TraceRay r, bool any, real limit) {
@@ -135,7 +133,7 @@ uint filter_triangle(uint i, real3 a, real3 b, real3 c, TraceRay r, bool any, re
     t.a = a;
     t.b = b;
     t.c = c;
-    bool may = (i != r.skip || defect == DEFECT_NO_IDENTITY) && may_hit_triangle(t, r.origin, r.shear);
+    bool may = i != r.skip && may_hit_triangle(t, r.origin, r.shear);
     if (shapes_are_constants && any) {
         real3 lo, hi;
         triangle_box(t, lo, hi);
@@ -237,7 +235,7 @@ bool may_hit(uint primitive, TraceRay r) {
     if (tree_spheres && primitive >= triangle_count) {
         may = may_hit_sphere(load_spheres(primitive - triangle_count), r.origin, r.direction, primitive == r.skip);
     }
-    return may || defect == DEFECT_NO_IDENTITY;
+    return may;
 }
 
 // Entry distance into a child's box, or FAR if the ray misses it.
@@ -282,7 +280,7 @@ void walk_bvh(TraceRay r, bool any, inout Best best) {
                 order(t1, c1, t3, c3);
                 order(t1, c1, t2, c2);
                 uint entered = (t1 < FAR ? 1u : 0u) + (t2 < FAR ? 1u : 0u) + (t3 < FAR ? 1u : 0u);
-                if (top + entered > (defect == DEFECT_SHORT_STACK ? 4u : STACK_SIZE + 1u)) {
+                if (top + entered > STACK_SIZE + 1u) {
                     atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
                     entered = 0u;
                 }
@@ -329,7 +327,6 @@ void walk_bvh(TraceRay r, bool any, inout Best best) {
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
 Hit closest_hit(TraceRay r, real limit, bool any) {
     bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
-    if (defect == DEFECT_NAN_ACCEPTED) finite = true;
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Best best = Best(finite ? limit : real(0.0), 0.0, 0.0, NONE, NONE);

@@ -35,25 +35,9 @@ real exact_edge(real a, real b, real c, real d, real rounded) {
     return product_error(a, b, a * b) - product_error(c, d, c * d);
 }
 
-// The planted defect: Moeller and Trumbore, JGT 2(1), 1997, with the epsilon of its listing.
-bool moeller_trumbore(Triangle tri, real3 o, real3 d, out real t, out real u, out real v) {
-    real3 e1 = tri.b - tri.a, e2 = tri.c - tri.a;
-    real3 p = cross3(d, e2);
-    real det = dot3(e1, p);
-    t = u = v = 0.0;
-    if (abs(det) < 1.0e-6) return false;
-    real3 to = o - tri.a;
-    u = dot3(to, p) / det;
-    real3 q = cross3(to, e1);
-    v = dot3(d, q) / det;
-    t = dot3(e2, q) / det;
-    return u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0;
-}
-
 // True if the ray from o meets the triangle at 0 < t; sets t and the weights u of b and v of c.
 // NaN anywhere fails every comparison and misses.
 bool hit_triangle(Triangle tri, real3 o, real3 d, Shear s, out real t, out real u, out real v) {
-    if (defect == DEFECT_MOELLER_TRUMBORE) return moeller_trumbore(tri, o, d, t, u, v);
     real3 a = permute(tri.a - o, s.kz), b = permute(tri.b - o, s.kz), c = permute(tri.c - o, s.kz);
     real ax = a.x - s.sx * a.z, ay = a.y - s.sy * a.z;
     real bx = b.x - s.sx * b.z, by = b.y - s.sy * b.z;
@@ -77,7 +61,6 @@ bool hit_triangle(Triangle tri, real3 o, real3 d, Shear s, out real t, out real 
 
 // False only where `hit_triangle` is false: it looks at the signs alone and leaves zeros to the test.
 bool may_hit_triangle(Triangle tri, real3 o, Shear s) {
-    if (defect == DEFECT_MOELLER_TRUMBORE) return true;
     real3 a = permute(tri.a - o, s.kz), b = permute(tri.b - o, s.kz), c = permute(tri.c - o, s.kz);
     real ax = a.x - s.sx * a.z, ay = a.y - s.sy * a.z;
     real bx = b.x - s.sx * b.z, by = b.y - s.sy * b.z;

@@ -234,11 +234,10 @@ struct Prepared {
 
 impl Prepared {
     fn new(
-        scene: &Scene,
         settings: &Settings,
         rays: usize,
-        forced: Option<bool>,
         limits: &Limits,
+        pack: impl FnOnce(&Settings) -> Packed,
     ) -> Result<Prepared, RenderError> {
         let width = rays.clamp(1, BATCH) as u32;
         let mut settings =
@@ -246,7 +245,7 @@ impl Prepared {
         // Children are asked for even where there can be none; what is between the stages is read.
         settings.schedule.general =
             settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
-        let packed = pack(scene, &settings, plan::brute_force_max(forced, &settings, limits, false));
+        let packed = pack(&settings);
         let plan = Plan::new(&packed, &settings, limits)?;
         Ok(Prepared { settings, packed, plan })
     }
@@ -277,7 +276,9 @@ pub fn probe_twins(
     if settings.precision == Precision::Double {
         return Err(RenderError::Failed("the twins' rays can be read in single precision only".into()));
     }
-    let p = Prepared::new(scene, settings, rays.len(), brute_force, limits)?;
+    let p = Prepared::new(settings, rays.len(), limits, |s| {
+        pack(scene, s, plan::brute_force_max(brute_force, s, limits, false))
+    })?;
     let memory = Memory::new(&p.plan.buffer_bytes, &p.packed, &p.packed.camera(scene, &p.settings));
     p.trace(&mut OnTwins(memory, p.plan.specialisation), rays)
 }
@@ -291,8 +292,8 @@ impl Renderer {
         rays: &[ProbeRay],
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
-        let p =
-            Prepared::new(scene, settings, rays.len(), self.forced_brute_force(), &self.device().limits())?;
+        let limits = self.device().limits();
+        let p = Prepared::new(settings, rays.len(), &limits, |s| self.pack(scene, s, false))?;
         let (pipelines, _) = self.pipelines(&p.plan, settings.precision)?;
         let device = std::rc::Rc::clone(self.device());
         let frame = Frame::new(&device, pipelines, &p.packed, scene, &p.settings, &p.plan)?;

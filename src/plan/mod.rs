@@ -247,7 +247,6 @@ impl Plan {
                 few_known: 0,
                 fused: 0,
                 few: [0; abi::FEW_WORDS],
-                defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
             tile_pixels: 0,

@@ -15,10 +15,13 @@ pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
 pub use trial::{Run, Share};
 
-use crate::kernel::table::Kernel;
+#[cfg(feature = "defects")]
+use crate::kernel::defects::Defect;
+use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::{self, Plan, PlanError};
 use crate::prepare::coincident_solids;
-use crate::prepare::{Packed, pack_forms};
+use crate::prepare::local_frame::LocalFrame;
+use crate::prepare::{Packed, Recipe, pack_by};
 use crate::report::timeline::{FrameTrace, Phase};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
@@ -115,8 +118,9 @@ pub struct Renderer {
     variants: BTreeMap<Variant, Rc<Pipelines>>,
     arithmetic: SelfTest,
     opened: Duration,
+    kernels: KernelSet,
+    recipe: fn(&Scene) -> Recipe,
     brute_force: Option<bool>,
-    omitted_barrier: Option<Kernel>,
     poison: bool,
     keep_submits: bool,
     trace: FrameTrace,
@@ -133,8 +137,9 @@ impl Renderer {
             arithmetic,
             variants: BTreeMap::new(),
             opened: start.elapsed(),
+            kernels: KernelSet::SHIPPED,
+            recipe: Recipe::of,
             brute_force: None,
-            omitted_barrier: None,
             poison: false,
             keep_submits: false,
             trace: FrameTrace::default(),
@@ -184,16 +189,29 @@ impl Renderer {
     pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
         let limits = self.device.limits();
         let max = plan::brute_force_max(self.brute_force, settings, &limits, survey);
-        pack_forms(scene, settings, max, limits.forms(settings))
+        pack_by((self.recipe)(scene), scene, settings, max, limits.forms(settings))
     }
 
-    pub(crate) fn forced_brute_force(&self) -> Option<bool> {
-        self.brute_force
+    /// The frame that the kernels see `scene` in.
+    pub(crate) fn frame(&self, scene: &Scene) -> LocalFrame {
+        (self.recipe)(scene).frame
     }
 
-    /// Plants a missing barrier, for a test of the validation.
-    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
-        self.omitted_barrier = kernel;
+    /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
+    /// of them, none switched on.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn plant(&mut self, defect: Defect) {
+        self.kernels = KernelSet::planted(defect);
+        self.recipe = Recipe::planted(defect);
+    }
+
+    /// From now on renders without the barrier after `kernel`, for a test of the validation.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn omit_barrier_after(&mut self, kernel: Kernel) {
+        self.kernels = KernelSet::without_barrier_after(kernel);
+        self.variants.clear();
     }
 
     /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
@@ -255,7 +273,6 @@ impl Renderer {
         let start = Instant::now();
         let (pipelines, fresh) = self.pipelines(&plan, settings.precision)?;
         let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
-        frame.recorder.omit_barrier_after(self.omitted_barrier);
         frame.poison = self.poison;
         if fresh {
             frame.warm_up()?;
@@ -307,11 +324,11 @@ impl Renderer {
     ) -> Result<(Rc<Pipelines>, bool), RenderError> {
         let double = precision == Precision::Double;
         let (kernels, s) = (plan.kernels(), &plan.specialisation);
-        let key = (double, kernels.clone(), s.values());
+        let key = (double, kernels.clone(), self.kernels.values(s));
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, kernels.into_iter(), s, double)?);
+        let built = Rc::new(Pipelines::new(&self.device, self.kernels, kernels.into_iter(), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }

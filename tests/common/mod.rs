@@ -10,7 +10,7 @@ pub mod build;
 use std::path::PathBuf;
 use std::rc::Rc;
 use whitted::kernel::abi::{BUFFERS, Buf, NONE, Push, STRUCTS, Specialisation, Surface};
-use whitted::kernel::table::Kernel;
+use whitted::kernel::table::{Kernel, KernelSet};
 use whitted::plan::passes;
 use whitted::plan::{Plan, element_bytes, pack_for};
 use whitted::prepare::Packed;
@@ -110,6 +110,10 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(device: &Rc<Device>, spec: &Specialisation, memory: &Memory) -> Bench {
+        Bench::of(KernelSet::SHIPPED, device, spec, memory)
+    }
+
+    pub fn of(set: KernelSet, device: &Rc<Device>, spec: &Specialisation, memory: &Memory) -> Bench {
         let bytes: Vec<u64> = BUFFERS
             .iter()
             .map(|(_, element, b)| {
@@ -119,7 +123,7 @@ impl Bench {
         // Those that count by subgroups are made for devices on which these work together.
         let has = |p: &&passes::Pass| p.way != passes::Way::Fused || spec.lanes != 0;
         let kernels = passes::all().filter(has).map(|p| p.kernel);
-        let pipelines = Pipelines::new(device, kernels, spec, false).unwrap();
+        let pipelines = Pipelines::new(device, set, kernels, spec, false).unwrap();
         let buffers = Buffers::new(device, &bytes, 0).unwrap();
         let recorder = Recorder::new(device, &pipelines, &buffers, spec.workgroup).unwrap();
         Bench { pipelines, buffers, recorder }
@@ -285,7 +289,7 @@ pub fn queue_of(count: u32, workgroup: u32) -> whitted::kernel::abi::Queue {
     }
 }
 
-/// Plants a defect: flips the last bit of the first word of `buffer` that is not NaN.
+/// Flips the last bit of the first word of `buffer` that is not NaN.
 pub fn spoil(memory: &mut Memory, buffer: Buf) {
     let (name, element, _) = BUFFERS[buffer as usize];
     let layout = words_of(element);

@@ -64,7 +64,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
             return Err(Failure::Interrupted(format!("interrupted after {} cases", report.cases.len())));
         }
         let start = Instant::now();
-        let mut harness = Harness::new(&mut renderer, args.precision, None);
+        let mut harness = Harness::new(&mut renderer, args.precision);
         let figure = (case.run)(&mut harness)?;
         let row = Row {
             name: case.name,

@@ -5,7 +5,6 @@ use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, polygon, room};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::{DQuat, DVec3};
 
 /// Cases of this file.
@@ -15,7 +14,6 @@ pub const CASES: &[Case] = &[
         does: "a rotated board of stripes that fills horizontal fields of view from 179 to 1e-5 degrees: every edge in the right pixel",
         stands_for: "distant cameras whose ray origins are rounded to a coarse grid: CAD views with long lenses break up",
         bound: "edges within 0.05 pixels, of 512 (numerics.md, Camera); at 179 degrees the rounding of the corners, 8u tan, is half of that",
-        guards: &[Defect::EyeOrigin],
         run: field_of_view,
     },
     Case {
@@ -23,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "a camera on a vertex, on a wall, on a sphere, at a sphere's centre, at the light, looking along walls, with an up vector almost along the view",
         stands_for: "black, white or noisy frames when a camera path touches geometry",
         bound: "exact: every pixel is finite and no ray has a NaN (numerics.md, Camera)",
-        guards: &[Defect::LightContact],
         run: eye_places,
     },
 ];

@@ -6,7 +6,6 @@ use crate::prepare::WIDE_RADII;
 use crate::prepare::local_frame::LocalFrame;
 use crate::render::RenderError;
 use crate::scene::Scene;
-use crate::settings::defect::Defect;
 use crate::settings::sampler::{Sampler, pcg4d};
 use crate::settings::{Origin, Precision, Settings};
 use crate::units::{figure, grouped};
@@ -94,8 +93,6 @@ pub struct Case {
     pub stands_for: &'static str,
     /// Derivation of the bound.
     pub bound: &'static str,
-    /// Mistakes that must make it fail.
-    pub guards: &'static [Defect],
     /// Runs it.
     pub run: fn(&mut Harness<'_>) -> Result<Figure, RenderError>,
 }
@@ -105,13 +102,14 @@ pub struct Harness<'t> {
     tracer: &'t mut dyn Tracer,
     /// Arithmetic of the kernels.
     pub precision: Precision,
-    planted: Option<Defect>,
+    /// Where secondary and shadow rays start.
+    pub origin: Origin,
 }
 
 impl<'t> Harness<'t> {
-    /// Runs cases on `tracer`; `planted` puts a mistake back.
-    pub fn new(tracer: &'t mut dyn Tracer, precision: Precision, planted: Option<Defect>) -> Harness<'t> {
-        Harness { tracer, precision, planted }
+    /// Runs cases on `tracer`.
+    pub fn new(tracer: &'t mut dyn Tracer, precision: Precision) -> Harness<'t> {
+        Harness { tracer, precision, origin: Origin::Bound }
     }
 
     /// Unit roundoff of the kernels' numbers.
@@ -122,14 +120,9 @@ impl<'t> Harness<'t> {
     /// The scene's own settings in the case's precision. Samples are independent: the bounds of statistical
     /// cases are those of a binomial.
     pub fn settings(&self, scene: &Scene) -> Settings {
-        let origin = match self.planted {
-            Some(Defect::FixedOrigin) => Origin::Fixed(0.1),
-            _ => Origin::Bound,
-        };
         Settings {
             precision: self.precision,
-            planted: self.planted,
-            origin,
+            origin: self.origin,
             sampler: Sampler::Random,
             ..Settings::of(scene)
         }
@@ -166,10 +159,7 @@ impl<'t> Harness<'t> {
 
     /// The frame that the kernels see the scene in.
     pub fn frame(&self, scene: &Scene) -> LocalFrame {
-        if self.planted == Some(Defect::WorldFrame) {
-            return LocalFrame::world(&LocalFrame::of(scene));
-        }
-        LocalFrame::of(scene)
+        self.tracer.frame(scene)
     }
 
     /// A world point as the kernels hold it: local, rounded to their precision.

@@ -5,7 +5,6 @@ use super::pixels::{blur, lit, sphere_hit, wrong_pixels};
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, polygon, sphere};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -15,7 +14,6 @@ pub const CASES: &[Case] = &[
         does: "the outline of a sphere that fills the image, seen from 1.001 to 10^6 radii",
         stands_for: "outlines at atan(r/D) instead of asin(r/D); distant spheres with broken outlines",
         bound: "exact, except within 0.02 pixels of the outline (numerics.md, Closed forms)",
-        guards: &[Defect::EyeOrigin],
         run: silhouette,
     },
     Case {
@@ -23,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "the horizon of a planet of radius 10^6 from heights 0.01 and 1",
         stands_for: "planets in single precision: a horizon with steps, or none",
         bound: "exact, except within 0.02 pixels of the horizon at acos(r/(r+h)) (numerics.md, Spheres)",
-        guards: &[Defect::NoWide],
         run: horizon,
     },
     Case {
@@ -31,7 +28,6 @@ pub const CASES: &[Case] = &[
         does: "a sphere and its shadow on a planet of radius 10^6",
         stands_for: "shadow acne and detached shadows at planetary scale",
         bound: "exact, except within 0.02 pixels and the ray offset of edges",
-        guards: &[Defect::NoWide, Defect::FixedOrigin],
         run: planet_shadow,
     },
     Case {
@@ -39,7 +35,6 @@ pub const CASES: &[Case] = &[
         does: "a sphere on a floor under a light, and two touching spheres, seen close to the point of contact",
         stands_for: "light that leaks through the point where a sphere touches the floor (tantalum, issue 3)",
         bound: "exact, except within 0.02 pixels and the ray offset of edges (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
         run: touching,
     },
     Case {
@@ -47,7 +42,6 @@ pub const CASES: &[Case] = &[
         does: "two concentric spheres with radii from 0 to 64 ulp apart, lit from the side",
         stands_for: "shells thinner than the ray epsilon: black rings and moire",
         bound: "exact, except within 0.02 pixels of edges: the inner sphere is never visible and casts no shadow on the outer",
-        guards: &[Defect::NoOffset],
         run: concentric,
     },
     Case {
@@ -55,7 +49,6 @@ pub const CASES: &[Case] = &[
         does: "spheres of radius 10^-3 to 10 on a sphere of radius 10^4, one light overhead",
         stands_for: "scenes with very different scales: shadow acne on large objects, holes in small ones",
         bound: "exact, except within 0.02 pixels and the ray offset of edges",
-        guards: &[Defect::FixedOrigin],
         run: huge_and_tiny,
     },
 ];

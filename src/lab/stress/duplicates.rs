@@ -4,7 +4,6 @@ use super::case::{Case, Figure, Harness, Random};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, matte, mesh, room};
 use crate::scene::{Face, Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -14,7 +13,6 @@ pub const CASES: &[Case] = &[
         does: "400 pairs of coincident triangles in two colours, listed in two orders, and 10^5 copies of one triangle, the first in another colour",
         stands_for: "z-fighting that changes with the traversal order; Embree's OverlappingGeometry",
         bound: "exact: at equal t the first primitive in the scene file is visible (numerics.md, Boxes)",
-        guards: &[Defect::TraversalTies],
         run: coincident,
     },
     Case {
@@ -22,7 +20,6 @@ pub const CASES: &[Case] = &[
         does: "a room with coincident decals, with its objects shuffled, and with its meshes split into one object per face",
         stands_for: "images that change when the same objects are listed in another order",
         bound: "exact: the least t is visible, at equal t the first decal, whatever the order of the rest (numerics.md, Boxes)",
-        guards: &[Defect::TraversalTies],
         run: order,
     },
 ];

@@ -5,7 +5,6 @@ use crate::compare::metrics::{edge_length, mismatch_bound};
 use crate::reference::oracle::Oracle;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{moved, room};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -15,7 +14,6 @@ pub const CASES: &[Case] = &[
         does: "the room scaled by powers of two from 2^-60 to 2^60, light intensities with the square",
         stands_for: "absolute epsilons: POV-Ray's limits of 1e-10 and 1e7, a far plane at 1000, shadow acne at small scales",
         bound: "exact: scaling by a power of two does not round (numerics.md, Local frame)",
-        guards: &[Defect::WorldFrame],
         run: scale,
     },
     Case {
@@ -23,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "the room moved by (10^k, -10^k/2, 10^k), k = 0..9",
         stands_for: "scenes in map or CAD coordinates whose edges break up far from the origin",
         bound: "M + 3 sqrt M + 3 pixels, M = 2 * edge length * 2^-52 10^k / footprint (numerics.md, Bounds in tests)",
-        guards: &[Defect::WorldFrame],
         run: offset,
     },
 ];

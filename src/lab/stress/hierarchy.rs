@@ -7,7 +7,6 @@ use crate::lab::probe::{ProbeHit, ProbeRay, Probed};
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, polygon, sphere};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "1, 32, 33 and 700 triangles, slivers, axis-aligned ones and spheres; slivers behind a wall; random, corner and grazing rays: brute force against the hierarchy and the default",
         stands_for: "hits lost or moved by a hierarchy: svenstaro bvh 149, tinybvh 286",
         bound: "exact in id, t, weights and position: a hierarchy only culls (numerics.md, Boxes)",
-        guards: &[Defect::Unconfined],
         run: equals_brute_force,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         does: "26 axis and diagonal directions, each zero as +0 and -0, from every face, edge and corner of 27 boxes and of their padded bounds",
         stands_for: "0 * inf = NaN in slab tests, -0 in the wrong octant: tinybvh 282, svenstaro bvh 140, warp 1530",
         bound: "exact: with dyadic numbers, brute force, hierarchy and exact arithmetic agree in t (numerics.md, Boxes)",
-        guards: &[Defect::Octant],
         run: axis_rays,
     },
     Case {
@@ -33,7 +30,6 @@ pub const CASES: &[Case] = &[
         does: "triangles of denormal and of zero size over a floor, in flat boxes",
         stands_for: "svenstaro bvh 140: a box of extent 5.693442e-39 gives NaN",
         bound: "exact: triangles without area are counted, rays stop within 2^-19 of a triangle or of the floor, and nothing is NaN (numerics.md, Boxes)",
-        guards: &[Defect::KeepDegenerate],
         run: no_extent,
     },
     Case {
@@ -41,7 +37,6 @@ pub const CASES: &[Case] = &[
         does: "rays with a NaN or infinity in any component among valid rays; also zero, huge and opposite-signed components",
         stands_for: "Embree's NaNTest and InfTest: a ray that never ends or corrupts its neighbours",
         bound: "exact: invalid rays are counted and hit nothing, and the hits of valid rays do not change (numerics.md, Boxes)",
-        guards: &[Defect::NanAccepted],
         run: unusable_rays,
     },
     Case {
@@ -49,7 +44,6 @@ pub const CASES: &[Case] = &[
         does: "64 concentric spheres of radius 2^-i over a floor of size 2^10, seen from between any two of them",
         stands_for: "the teapot in a stadium: traversal stacks that overflow, spheres that vanish",
         bound: "no overflow (B7); for radii of at least 2^-60 in the local frame, whose square f32 can hold: the right sphere, and t within 16u |o| (1 + tan a) for an angle of incidence a (the vector across the ray has an error of 4u |o|)",
-        guards: &[Defect::ShortStack],
         run: nested,
     },
 ];

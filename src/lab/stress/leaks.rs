@@ -7,7 +7,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, light, matte};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "a wall 10^-3 thick on a floor, lit at 45 degrees; the base of its shadow seen from the side",
         stands_for: "shadows detached from their object: an epsilon of 0.1 is 2 pixels here",
         bound: "exact, except within 0.02 pixels and the ray offset, (4u |p| + 24u ext) sqrt 3, of edges (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
         run: contact_shadow,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         does: "a floor seen through a clear sheet that lies 10^-5 of the scene's size above it and casts a shadow",
         stands_for: "ray epsilons larger than a gap",
         bound: "exact: no light passes a gap larger than twice the ray offset, 8u |p| + 48u ext = 4 10^-6 (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
         run: thin_gap,
     },
     Case {
@@ -33,7 +30,6 @@ pub const CASES: &[Case] = &[
         does: "a closed, rotated mirror box, hit exactly at its edges and corners: paths of 12 bounces",
         stands_for: "light that escapes where walls meet",
         bound: "exact: no path escapes (numerics.md, Spawn origins)",
-        guards: &[Defect::NoInset],
         run: corner_escape,
     },
     Case {
@@ -41,7 +37,6 @@ pub const CASES: &[Case] = &[
         does: "a closed room without lights, pixel centres exactly on its edges, and eight bright lights just outside its corners",
         stands_for: "bright seams along the edges of rooms",
         bound: "exact: every pixel is black",
-        guards: &[Defect::NoInset, Defect::FixedOrigin],
         run: dark_room,
     },
     Case {
@@ -49,7 +44,6 @@ pub const CASES: &[Case] = &[
         does: "lights 8u above a floor, on it, on its corner, on a sphere, at the camera",
         stands_for: "fireflies and NaN pixels from a division by the square of a zero distance",
         bound: "exact: every pixel is finite, and the clamped light is counted (numerics.md, Shading)",
-        guards: &[Defect::LightContact],
         run: light_contact,
     },
     Case {
@@ -57,7 +51,6 @@ pub const CASES: &[Case] = &[
         does: "the floor below a light exactly on the ceiling of a room, axis-aligned and rotated",
         stands_for: "speckled floors: the ceiling shadows its own lamp where t rounds below 1",
         bound: "exact: every floor pixel is lit, since nothing is strictly between it and the light",
-        guards: &[Defect::ToTheLight],
         run: light_on_ceiling,
     },
 ];

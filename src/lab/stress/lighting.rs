@@ -9,7 +9,6 @@ use crate::scene::procedural::shapes::{
 };
 use crate::scene::{Fresnel, Light, Scene};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// u of f32: colours are single precision whatever the kernels' numbers are.
@@ -22,7 +21,6 @@ pub const CASES: &[Case] = &[
         does: "a light at distances 2^-12 to 2^40 and at random positions over a floor; two lights of half the intensity at one position",
         stands_for: "lights with the wrong falloff, or cut off at a far plane",
         bound: "16u, from the roundings of cos / d^2 and its weights; exact at powers of two and for the two halves (numerics.md, Shading)",
-        guards: &[Defect::WorldFrame],
         run: inverse_square,
     },
     Case {
@@ -30,7 +28,6 @@ pub const CASES: &[Case] = &[
         does: "lights at distances 0, 1e-30, 1e-20, 1e-10, 1e20 and 1e38 from a floor, a vertex and a sphere",
         stands_for: "white or black blots (infinity, NaN) where a light touches a surface",
         bound: "exact: every pixel is finite, and a light within the ray offset is counted (numerics.md, Shading)",
-        guards: &[Defect::LightContact],
         run: light_contact,
     },
     Case {
@@ -38,7 +35,6 @@ pub const CASES: &[Case] = &[
         does: "the edge of the shadow on the floor, of a blocker beside a light between floor and ceiling",
         stands_for: "objects behind a light that cast shadows; shadows detached from their object",
         bound: "edge at e + (e - l) b / (h - b), within half a pixel for sampling and 64u of the scene's size (numerics.md, Closed forms)",
-        guards: &[Defect::ShadowBeyond],
         run: light_segment,
     },
     Case {
@@ -46,7 +42,6 @@ pub const CASES: &[Case] = &[
         does: "a wall of colour 0.1 at 1, 2, 3, 16, 1000, 4096, 2^16 and 2^20 samples",
         stands_for: "images that get darker with more samples: sums in single precision",
         bound: "1 ulp of the colour (numerics.md, Accumulation)",
-        guards: &[Defect::NaiveSum],
         run: constant_image,
     },
     Case {
@@ -54,7 +49,6 @@ pub const CASES: &[Case] = &[
         does: "a camera between two mirrors of reflectance 0.5, 0.9 and 0.99, depth 1 to 1000",
         stands_for: "recursion silently cut by a fixed limit or a threshold on the weight",
         bound: "a (1 - rho^n) within 8u (n + 1) (numerics.md, Closed forms)",
-        guards: &[Defect::Bailout],
         run: facing_mirrors,
     },
     Case {
@@ -62,7 +56,6 @@ pub const CASES: &[Case] = &[
         does: "perfect mirror and glass spheres in a uniform background",
         stands_for: "materials that create or lose energy",
         bound: "mirror: 4u depth; glass: 1 - (1 - R) R^(depth - 2), R within 16u and its change over 32u of height (numerics.md, Closed forms)",
-        guards: &[Defect::Bailout, Defect::SmallerRoot],
         run: furnace,
     },
     Case {
@@ -70,7 +63,6 @@ pub const CASES: &[Case] = &[
         does: "a camera at the centre of a mirror sphere sees itself in every pixel",
         stands_for: "spheres missed from inside",
         bound: "exact: all pixels are equal (numerics.md, Closed forms)",
-        guards: &[Defect::SmallerRoot],
         run: mirror_ball,
     },
     Case {
@@ -78,7 +70,6 @@ pub const CASES: &[Case] = &[
         does: "vertex normals that nearly or exactly cancel, and reflected rays of length 1 to 1e-30",
         stands_for: "NaN pixels on meshes with opposed normals; vectors whose squares underflow",
         bound: "unit length within 4u, mirror direction within 8u (numerics.md, Shading)",
-        guards: &[Defect::BlindNormalise],
         run: normals_that_cancel,
     },
 ];

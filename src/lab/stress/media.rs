@@ -7,7 +7,6 @@ use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, matte, sphere};
 use crate::scene::{Fresnel, Material, Scene};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "rays through a pane leave it parallel, shifted by t sin a (1 - cos a / (n cos b))",
         stands_for: "distorted or displaced images behind windows",
         bound: "parallel within 8u (1 + n) / cos a; shift within 16u and two ray offsets (numerics.md, Refraction)",
-        guards: &[Defect::FlippedEta],
         run: slab,
     },
     Case {
@@ -26,7 +24,6 @@ pub const CASES: &[Case] = &[
         stands_for: "spheres whose far side is missed, so that rays never leave them",
         bound: "64u n / cos a: 16u for each normal and 8u for each refraction and ray origin, times n / cos a at the \
                 exit (numerics.md, Refraction)",
-        guards: &[Defect::SmallerRoot, Defect::FlippedEta],
         run: ball_lens,
     },
     Case {
@@ -34,7 +31,6 @@ pub const CASES: &[Case] = &[
         does: "water and glass that overlap with either priority, that leave a gap, and one inside the other",
         stands_for: "dark rings where a drink meets its glass: renderers with a single inside flag, or that take the last solid entered",
         bound: "n sin a is constant within 16u at each surface; hidden surfaces change no bit (numerics.md, Media)",
-        guards: &[Defect::OneMedium, Defect::NoPriority],
         run: nested_media,
     },
     Case {
@@ -42,7 +38,6 @@ pub const CASES: &[Case] = &[
         does: "cameras in glass, in water, in both, in neither: the relative index at the first surface",
         stands_for: "underwater cameras that refract as if in air",
         bound: "exact: the ratio of two f32 numbers, rounded once (2 ulp in Vulkan)",
-        guards: &[Defect::EyeInAir],
         run: eye_in_solids,
     },
     Case {
@@ -50,7 +45,6 @@ pub const CASES: &[Case] = &[
         does: "8 and 10 nested shells of glass, seen from outside and from their centre",
         stands_for: "lists of media that silently overflow and continue with the wrong index",
         bound: "exact: an overflow is counted if and only if a ray enters more than 8 (numerics.md, Media)",
-        guards: &[Defect::SilentMedia],
         run: shells,
     },
 ];

@@ -6,7 +6,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, light, matte, mesh, mirror, moved, polygon, sphere};
 use crate::scene::{Face, Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "a floor of 128 triangles and a sphere under each of three lights, at world offsets 0 to 10^6, and in a corner of a scene of 10^4 times their size",
         stands_for: "self-shadowing: shadow acne, often averaged away by anti-aliasing",
         bound: "exact against the lit region in closed form, except within 0.02 pixels and the ray offset of edges (numerics.md, Spawn origins)",
-        guards: &[Defect::WorldFrame],
         run: acne,
     },
     Case {
@@ -24,7 +22,6 @@ pub const CASES: &[Case] = &[
         does: "rays that leave pairs of triangles with vertices at 10^U(-8,8), on and off their common edge, down to grazing",
         stands_for: "self-intersection of flat surfaces: pbrt's Triangle.Reintersect",
         bound: "exact: a ray hits neither its own triangle nor one that it rises above (numerics.md, Spawn origins)",
-        guards: &[Defect::NoIdentity, Defect::NoOffset],
         run: reintersect,
     },
     Case {
@@ -32,7 +29,6 @@ pub const CASES: &[Case] = &[
         does: "a closed, rotated mirror box at offsets 0, 10^4 and 10^6: paths of 60 bounces",
         stands_for: "light that leaks from closed rooms: 0.5 % with an epsilon of 1e-4, 95 % in world coordinates at 10^6",
         bound: "exact: no path escapes (numerics.md, Spawn origins)",
-        guards: &[Defect::WorldFrame, Defect::FixedOrigin],
         run: mirror_box,
     },
     Case {
@@ -40,7 +36,6 @@ pub const CASES: &[Case] = &[
         does: "a coarse sphere with smooth normals: a mirror at all angles, and matte with the light at the camera",
         stands_for: "the shadow terminator: black edges, reflected rays that enter the surface",
         bound: "exact: no reflected ray below the triangle, no black pixel visible from the light (numerics.md, Shading)",
-        guards: &[Defect::BelowSurface],
         run: below_surface,
     },
 ];

@@ -6,7 +6,6 @@ use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "glass of index 1 in air, and of 1.5 inside 1.5: rays continue unchanged, bit for bit, with full weight",
         stands_for: "visible outlines of objects whose index equals that of their surroundings",
         bound: "exact: for equal indices the ray is not recomputed (numerics.md, Refraction)",
-        guards: &[Defect::EqualIndices],
         run: equal_indices,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         stands_for: "dark or bright rings where total internal reflection is missed or starts too early",
         bound: "right decision for |k| > K, cosine within min(sqrt K, K / cos) + (4 eta + 8) u, with \
                 K = (4 eta + 16) u from the roundings of d + c n, scaled by eta and squared (numerics.md, Refraction)",
-        guards: &[Defect::ClampedCritical],
         run: critical_angle,
     },
     Case {
@@ -34,7 +31,6 @@ pub const CASES: &[Case] = &[
         stands_for: "refracted rays that leave the plane of incidence or lose their unit length at extreme indices",
         bound: "unit length within 4u; |T_tan - eta I_tan| <= (6 max(1, eta) + 10) u, from the roundings of \
                 eta (d + c n) and of the normalisation (numerics.md, Refraction)",
-        guards: &[Defect::FlippedEta, Defect::CosineForm],
         run: snell,
     },
     Case {
@@ -42,7 +38,6 @@ pub const CASES: &[Case] = &[
         does: "reflectance from both sides, exact and Schlick, indices 1e-3 to 1e3, from normal to grazing incidence",
         stands_for: "Schlick with the wrong cosine inside glass (off by up to 0.96), no full reflection at grazing angles",
         bound: "16u + 2^-24 (stored in f32) + the change of the reflectance by the rounding of its cosines (numerics.md, Refraction)",
-        guards: &[Defect::SchlickInside],
         run: fresnel_share,
     },
     Case {
@@ -50,7 +45,6 @@ pub const CASES: &[Case] = &[
         does: "a sheet of glass reflects the same in scenes with and without a solid",
         stands_for: "kernels specialised so far that they lose code that is still needed",
         bound: "as for `fresnel`, and the refracted ray does not change",
-        guards: &[Defect::SchlickInside],
         run: thin_sheet,
     },
 ];

@@ -6,7 +6,6 @@ use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, glass, matte, mirror, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use crate::units::grouped;
 use glam::DVec3;
 
@@ -17,7 +16,6 @@ pub const CASES: &[Case] = &[
         does: "a unit sphere hit all over from 10 to 10^7 radii away",
         stands_for: "the quadratic formula of POV-Ray and others, which loses a quarter of the hits from 10^4 radii",
         bound: "no wrong hit where |b - r| > 4u D; t within 16u t in single precision and 8u t in double-length, plus the effect of 4u D on the root (numerics.md, Spheres)",
-        guards: &[Defect::NaiveQuadratic],
         run: distance,
     },
     Case {
@@ -25,7 +23,6 @@ pub const CASES: &[Case] = &[
         does: "a planet of radius 10^6 seen from heights 10^-4 to 10^2, and a bead of radius 10^-3 seen from distance 10^3",
         stands_for: "planets in single precision, where t is wrong by 9 % (numerics.md, Spheres); beads that vanish",
         bound: "8u t (numerics.md, Spheres), plus the effect of 16u^2 of the distance from the rim on the root; no wrong hit farther from the rim",
-        guards: &[Defect::NoWide],
         run: planet,
     },
     Case {
@@ -33,7 +30,6 @@ pub const CASES: &[Case] = &[
         does: "all four intersections with two spheres, one ray after the other; rays from the centre, from just inside, and from the surface inward and outward",
         stands_for: "renderers that always take the smaller root: rays never leave a glass sphere",
         bound: "16u t and the ray offset from intersection to intersection, 8u r for chords (numerics.md, Spheres), from near the surface as for `sphere-distance`; a wrong hit counts as infinite",
-        guards: &[Defect::SmallerRoot],
         run: roots,
     },
     Case {
@@ -41,7 +37,6 @@ pub const CASES: &[Case] = &[
         does: "rays near the rim, at b = r (1 -+ 2^-k), k = 1..30, from 2 to 10^4 radii",
         stands_for: "ragged silhouettes from cancellation in the discriminant",
         bound: "exact where |b - r| > 4u D (numerics.md, Spheres)",
-        guards: &[Defect::NaiveQuadratic],
         run: rim,
     },
     Case {
@@ -49,7 +44,6 @@ pub const CASES: &[Case] = &[
         does: "rays that leave spheres of radius 10^U(-4,4) at positions 10^U(-8,8) on both sides, down to grazing",
         stands_for: "shadow acne on spheres: pbrt's FullSphere.Reintersect",
         bound: "exact: no outward ray and every inward ray hits its own sphere (numerics.md, Spheres)",
-        guards: &[Defect::NoIdentity],
         run: reintersect,
     },
 ];

@@ -6,7 +6,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, moved, room};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "triangles with legs of 2e-4, 1e-10 and 1e-18 alone at distance 1, with legs of 2^-12 to 2^-60 in the middle of a unit scene, and rotated ones of 2^-15 all over it",
         stands_for: "a determinant epsilon that loses small triangles: tinybvh PR 283",
         bound: "no miss where the ray is inside by more than Woop's roundings, 26u of the coordinates; t within 4u along an axis, where only t rounds (numerics.md, Triangles)",
-        guards: &[Defect::MoellerTrumbore],
         run: |h| Ok(tiny_triangle(h)?.worse(tiny_in_scene(h)?)),
     },
     Case {
@@ -24,7 +22,6 @@ pub const CASES: &[Case] = &[
         does: "triangles of length 1 and height 1e-3, 1e-4, 1e-5 in all orientations",
         stands_for: "lost or misplaced hits on slivers, and noisy normals",
         bound: "no miss; relative error of t within 64u/h (weights have an error of u/h, numerics.md, Triangles); stored normal within 4u of f64",
-        guards: &[Defect::MoellerTrumbore],
         run: slivers,
     },
     Case {
@@ -32,7 +29,6 @@ pub const CASES: &[Case] = &[
         does: "pbrt's BadCase triangle, and 500 triangles with three collinear vertices",
         stands_for: "pbrt's Triangle.BadCases: hits on a triangle without area",
         bound: "exact: ignored and counted, never hit (numerics.md, Triangles)",
-        guards: &[Defect::KeepDegenerate],
         run: no_area,
     },
     Case {
@@ -40,7 +36,6 @@ pub const CASES: &[Case] = &[
         does: "rays in a triangle's plane and along its edges; rays along the faces and edges of a cube",
         stands_for: "NaN and false hits at zero determinants; -0 in the wrong octant (tinybvh 282)",
         bound: "exact, since small dyadic numbers do not round: the triangle is missed, the side of the cube is hit at its t",
-        guards: &[Defect::Octant],
         run: in_plane,
     },
     Case {
@@ -48,7 +43,6 @@ pub const CASES: &[Case] = &[
         does: "a unit triangle at (98304.7531, -50000.2718, 70000.5772), hit by 256 rays from distance 1",
         stands_for: "Embree's TriangleHit",
         bound: "weights, t and hit point within 16 ulp, normal exact (numerics.md, Triangles)",
-        guards: &[Defect::WorldFrame],
         run: hit_point,
     },
     Case {
@@ -56,7 +50,6 @@ pub const CASES: &[Case] = &[
         does: "the room scaled by 10^12, 10^18, 10^20, 10^30, 10^150, 10^-30 and 10^-150, compared with the same numbers times a power of two",
         stands_for: "overflow: Woop's test returns t = NaN for coordinates of 1e19 in f32",
         bound: "exact: the same image, finite, with all counters zero (numerics.md, Triangles)",
-        guards: &[Defect::WorldFrame],
         run: huge_coordinates,
     },
 ];

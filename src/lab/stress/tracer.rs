@@ -3,6 +3,7 @@
 use crate::kernel::abi;
 use crate::lab::probe::{ProbeRay, Probed, probe_twins};
 use crate::plan::{self, Limits, Plan};
+use crate::prepare::local_frame::LocalFrame;
 use crate::prepare::pack;
 use crate::reference::twin;
 use crate::render::{Quiet, RenderError, Renderer};
@@ -30,6 +31,10 @@ pub trait Tracer {
     -> Result<Probed, RenderError>;
     /// Tests every primitive (`true`), walks the hierarchy (`false`), or chooses by the scene's size.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
+    /// The frame that the kernels see `scene` in.
+    fn frame(&self, scene: &Scene) -> LocalFrame {
+        LocalFrame::of(scene)
+    }
 }
 
 impl Tracer for Renderer {
@@ -50,9 +55,13 @@ impl Tracer for Renderer {
     fn force_brute_force(&mut self, brute_force: Option<bool>) {
         Renderer::force_brute_force(self, brute_force);
     }
+
+    fn frame(&self, scene: &Scene) -> LocalFrame {
+        Renderer::frame(self, scene)
+    }
 }
 
-/// The CPU twins of the kernels. They know no planted defects.
+/// The CPU twins of the kernels.
 #[derive(Debug, Default)]
 pub struct Twins {
     brute_force: Option<bool>,

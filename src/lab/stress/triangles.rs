@@ -6,7 +6,6 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, matte, mesh, polygon};
 use crate::scene::{Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
@@ -16,7 +15,6 @@ pub const CASES: &[Case] = &[
         does: "a closed mesh of 16x16 quads with vertices at random radii from 1 to 6, hit from inside at random, at vertices and at edges",
         stands_for: "light leaks through the edges of closed meshes: pbrt's watertightness test, Embree issues 181 and 381",
         bound: "exact: neighbouring triangles compute their common edge with the same roundings (Woop, Benthin, Wald 2013)",
-        guards: &[Defect::MoellerTrumbore],
         run: watertight,
     },
     Case {
@@ -24,7 +22,6 @@ pub const CASES: &[Case] = &[
         does: "tessellated spheres of 50 and 200 segments and a 12x12 plane at (148376, 1234, -223423), hit at random, at vertices and at edges",
         stands_for: "Embree's WatertightTest, which allows 2e-5 of the rays to leak",
         bound: "exact, as for `watertight`, at any position",
-        guards: &[Defect::MoellerTrumbore],
         run: far_watertight,
     },
     Case {
@@ -32,7 +29,6 @@ pub const CASES: &[Case] = &[
         does: "a rotated box of 2 x 2 x h, h = 1, 1e-3, 1e-5, of long thin polygons and single-quad meshes that share positions only, hit from inside",
         stands_for: "light leaks where separate objects meet, and between thin strips",
         bound: "exact: equal positions round to equal vertices, so the box stays closed",
-        guards: &[Defect::MoellerTrumbore],
         run: seams,
     },
     Case {
@@ -40,7 +36,6 @@ pub const CASES: &[Case] = &[
         does: "flat, axis-aligned grids, hit at vertices and edges from 1 to 10^4 radii away",
         stands_for: "false misses of the slab test for flat boxes: Ize 2013, tinybvh 286, Embree PR 589",
         bound: "exact: the box test includes its error of 14u (numerics.md, Boxes), the triangle test is watertight",
-        guards: &[Defect::NarrowSlab],
         run: flat_boxes,
     },
 ];

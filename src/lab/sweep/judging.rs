@@ -139,7 +139,6 @@ impl Work<'_> {
             precision: Precision::Double,
             origin: Origin::Bound,
             crop: None,
-            planted: None,
             ..self.plan.base.clone()
         }
     }

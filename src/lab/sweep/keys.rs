@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub(super) fn row_key(plan: &Plan, device: &DeviceInfo, scene_hash: &str, point: &Point) -> String {
     let s = &plan.base;
     let text = format!(
-        "{:?} {:?} {} {:?} {}x{} {} {:?} {:?}",
+        "{:?} {:?} {} {:?} {}x{} {} {:?}",
         ProgramInfo::default(),
         device,
         scene_hash,
@@ -22,7 +22,6 @@ pub(super) fn row_key(plan: &Plan, device: &DeviceInfo, scene_hash: &str, point:
         s.width,
         s.height,
         plan.repeats,
-        s.planted,
         s.schedule
     );
     format!("{:x}", Sha256::digest(text))[..16].into()
@@ -31,9 +30,8 @@ pub(super) fn row_key(plan: &Plan, device: &DeviceInfo, scene_hash: &str, point:
 /// Key of a point's bias: every setting that the image depends on in the limit of many samples.
 pub(super) fn bias_key(base: &Settings, truth_depth: u32, point: &Point) -> String {
     let Point { depth, cutoff, precision, .. } = point;
-    let planted = base.planted.map_or(String::new(), |defect| format!(" planted {defect:?}"));
     format!(
-        "{}x{} depth {depth} of {truth_depth} cutoff {cutoff} precision {} origin {} fresnel {} spheres {}{planted}",
+        "{}x{} depth {depth} of {truth_depth} cutoff {cutoff} precision {} origin {} fresnel {} spheres {}",
         base.width,
         base.height,
         precision.name(),

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Plan {
     /// The scene as read from its file.
     pub scene: Scene,
-    /// Settings that no axis varies: size and scheduling; a planted defect in tests.
+    /// Settings that no axis varies: size and scheduling.
     pub base: Settings,
     /// Names of the axes, in the order given.
     pub axes: Vec<String>,

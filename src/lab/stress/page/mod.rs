@@ -1,12 +1,13 @@
 //! The page on numerical extremes, generated from a run of all cases on one device.
 
 mod chaos;
-mod cost;
+#[doc(hidden)]
+pub mod cost;
 mod epsilon;
 
-use crate::lab::stress::case::Figure;
 use crate::lab::markdown::table;
 use crate::lab::plot;
+use crate::lab::stress::case::Figure;
 use crate::render::{RenderError, Renderer};
 use crate::report::table::Align::Left;
 use crate::settings::Precision;
@@ -90,7 +91,7 @@ pub fn make(
         "Not measured: this device has no f64.\n".into()
     };
     say("what protections cost");
-    let cost = cost::measure(renderer, stop)?.text(&device.kind);
+    let cost = cost::measure(renderer, &cost::PRECISIONS, stop)?.text(&device.kind);
 
     let lavapipe = if is_cpu {
         "The device is a CPU driver: **its times say nothing about a GPU**; its errors are those of f32 arithmetic as this \
