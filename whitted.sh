@@ -86,6 +86,7 @@ missing_packages() {
     if [ "$1" != render ]; then
         have_driver cpu || echo mesa-vulkan-drivers
         have_layer || echo vulkan-validationlayers
+        have chromium || echo chromium # opens the pages that the tests write
     else
         have_driver || echo mesa-vulkan-drivers
     fi
@@ -113,7 +114,8 @@ need_packages() {
     else
         fail "missing here; on Debian the packages are called: $*
 Install a C and C++ compiler, binutils, libshaderc (or the Vulkan SDK), a Vulkan loader, a Vulkan driver
-(Mesa's lavapipe will do) and, for the tests, lavapipe and the Khronos validation layer."
+(Mesa's lavapipe will do) and, for the tests, lavapipe, the Khronos validation layer and
+Chromium."
     fi
 }
 

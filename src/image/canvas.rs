@@ -46,7 +46,8 @@ impl Canvas {
     pub(crate) fn cropped(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> Canvas {
         let end = |start: u32, length: u32, whole: u32| start.saturating_add(length).min(whole);
         let (right, bottom) = (end(x, width, self.width), end(y, height, self.height));
-        let pixels = (y..bottom).flat_map(|row| (x..right).filter_map(move |column| self.pixel([column, row])));
+        let pixels =
+            (y..bottom).flat_map(|row| (x..right).filter_map(move |column| self.pixel([column, row])));
         let rgb = pixels.flatten().collect();
         Canvas { width: right.saturating_sub(x), height: bottom.saturating_sub(y), rgb }
     }
@@ -54,8 +55,8 @@ impl Canvas {
     /// Every pixel as a square of `factor` pixels a side.
     pub(crate) fn enlarged(&self, factor: u32) -> Canvas {
         let (width, height) = (self.width * factor, self.height * factor);
-        let pixels = (0..height)
-            .flat_map(|y| (0..width).filter_map(move |x| self.pixel([x / factor, y / factor])));
+        let pixels =
+            (0..height).flat_map(|y| (0..width).filter_map(move |x| self.pixel([x / factor, y / factor])));
         Canvas { width, height, rgb: pixels.flatten().collect() }
     }
 
@@ -124,7 +125,7 @@ mod tests {
         assert_eq!(lit(&canvas), [".#....", "#####.", ".#..#.", ".#####", "....#."]);
         assert_eq!(lit(&canvas.cropped([3, 2], [2, 2])), [".#", "##"]);
         assert_eq!(lit(&canvas.cropped([4, 3], [u32::MAX, 9])), ["##", "#."]);
-        assert_eq!(canvas.cropped([7, 7], [1, 1]).rgb, []);
+        assert!(canvas.cropped([7, 7], [1, 1]).rgb.is_empty());
         assert_eq!(lit(&canvas.cropped([4, 3], [2, 2]).enlarged(2)), ["####", "####", "##..", "##.."]);
     }
 
@@ -137,6 +138,9 @@ mod tests {
         canvas.text([0, u32::MAX], "wide", 24, [0; 3]);
         assert_eq!(lit(&canvas)[0], "...");
         assert_eq!(canvas.rgb.len(), 18);
-        assert_eq!((canvas.pixel([2, 1]).is_some(), canvas.pixel([3, 1]), canvas.pixel([0, 2])), (true, None, None));
+        assert_eq!(
+            (canvas.pixel([2, 1]).is_some(), canvas.pixel([3, 1]), canvas.pixel([0, 2])),
+            (true, None, None)
+        );
     }
 }

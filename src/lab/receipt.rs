@@ -1,5 +1,5 @@
-//! What a render took beside what was planned, and what each feature that the scene lacks would have cost:
-//! measured by switching it on for a share of the image, in turn with the kernels as they are.
+//! Compares a render with its plan, and measures the cost of each feature that the scene does not use: a part of
+//! the image is rendered with the feature switched on and without it, in turn.
 
 use crate::plan::{HEAP_EIGHTHS, Purpose};
 use crate::render::{Prepared, Quiet, RenderError, Renderer, Trial};
@@ -11,23 +11,23 @@ use crate::settings::forced_features::Feature;
 use crate::stats::{Quartiles, quartiles};
 use crate::units::bytes;
 
-/// Runs of each variant, in turn with the render's own.
+/// Paired runs per feature: one with it, one without.
 const PAIRS: usize = 5;
-/// Device seconds of one run at most: a share of the bands is left out beyond.
+/// Upper limit on one run, device seconds; longer runs trace fewer bands of the image.
 const RUN_SECONDS: f64 = 0.05;
 
-/// Why nothing, or not all, could be measured.
+/// Why there is no receipt.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiptError {
-    /// A render of the share failed.
+    /// A trial render failed.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// Stopped by the user.
-    #[error("interrupted; nothing is told of a part")]
+    #[error("interrupted")]
     Interrupted,
 }
 
-/// Pixels whose bits differ; pictures of unequal sizes differ in all.
+/// Number of pixels whose bits differ. Pixels that only one picture has count as different.
 pub fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> u64 {
     let bits = |p: &[f32; 3]| p.map(f32::to_bits);
     let unequal = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count();
@@ -54,10 +54,10 @@ pub fn measure(
     let first = own.run(&mut Quiet)?;
     own.keep_bands((RUN_SECONDS / first.device().max(1e-9) * first.bands.len() as f64) as usize);
     let expected = own.run(&mut Quiet)?;
-    // Both variants have their buffers at once.
+    // Both variants need their buffers at the same time.
     let why = (plan.bytes() > renderer.device().limits().heap / 16 * HEAP_EIGHTHS).then(|| {
         format!(
-            "two plans of {} do not fit the device beside each other; take a smaller image to see",
+            "it needs twice {} of device memory, which is too much; render a smaller image",
             bytes(plan.bytes())
         )
     });
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(differing(&a, &b), 0);
         b[1][2] = f32::from_bits(1.0f32.to_bits() + 1);
         assert_eq!(differing(&a, &b), 1);
-        // Zeros of either sign are other bits.
+        // Zeros of opposite sign have different bits.
         b[0][1] = -0.0;
         assert_eq!(differing(&a, &b), 2);
         assert_eq!(differing(&a, &a[..1]), 2);
@@ -165,7 +165,7 @@ mod tests {
             items: 7,
         };
         let all = parts(&[pass("generate", 0, 1.0), pass("shade", 1, 2.0), pass("shade", 2, 1.0)]);
-        let told: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
-        assert_eq!(told, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);
+        let found: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
+        assert_eq!(found, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);
     }
 }

@@ -212,7 +212,7 @@ impl Plan {
         let per_light = abi::LOOP_CAP / lights_per_pass;
         if by_brute_force && packed.primitive_count() as u32 > per_light {
             return Err(PlanError(format!(
-                "brute force over {} primitives passes the {per_light} loop iterations a kernel may run; use the hierarchy",
+                "brute force over {} primitives exceeds the limit of {per_light} loop iterations per kernel; use the hierarchy",
                 packed.primitive_count()
             )));
         }

@@ -1,8 +1,8 @@
-//! How long a render will take, from one that was timed: a part of the same image, or the same scene with
-//! other samples and depth.
+//! Predicts the time of a render from a timed one: a part of the same image, or the same scene with other
+//! samples and depth.
 //!
-//! Device time is taken to be linear: each dispatch costs a start, and each ray of a depth its share of each
-//! kernel. Rays of depths that were not timed follow the decay from the last depth to the one before it.
+//! The model is linear: each dispatch costs a constant, and each ray of a depth a constant per kernel. The number
+//! of rays at depths that were not timed is extrapolated geometrically from the last two that were.
 
 use crate::kernel::table::Kernel;
 use crate::plan::Plan;
@@ -12,30 +12,29 @@ use crate::report::prediction::{DepthForecast, Prediction};
 use crate::report::{PassInfo, Report};
 use std::collections::BTreeMap;
 
-/// By how much the pace of one device varies from run to run at least, as a share: the spread of repeated
-/// renders (ARCHITECTURE.md, "Figures").
+/// Least relative uncertainty: device times vary by this much from run to run (ARCHITECTURE.md, "Figures").
 const PACE: f64 = 0.1;
 
-/// What a timed part of the work says of the whole.
+/// Costs and ray counts, estimated from a timed render.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
-    /// Seconds of a dispatch that has next to nothing to do.
+    /// Seconds of a nearly empty dispatch.
     start: BTreeMap<Kernel, f64>,
-    /// Seconds of a kernel at a depth for each of its rays, without the starts.
+    /// Seconds per ray of a kernel at a depth, without `start`.
     cost: BTreeMap<(Kernel, u32), f64>,
-    /// Rays of each depth for one sample.
+    /// Rays per sample, by depth.
     rays: Vec<f64>,
-    /// Shadow rays for each ray of a depth.
+    /// Shadow rays per ray, by depth.
     shadow: Vec<f64>,
-    /// Seconds that the host adds for each pixel.
+    /// Host seconds per pixel.
     host: f64,
-    /// Uncertainty of the mean cost of a sample, as a share.
+    /// Relative uncertainty of the mean cost of a sample.
     spread: f64,
-    /// What was timed, in words.
+    /// The timed work, in words.
     basis: String,
 }
 
-/// What is to be predicted.
+/// The render to predict.
 #[derive(Debug, Clone, Copy)]
 pub struct Work<'a> {
     /// Its plan.
@@ -48,7 +47,7 @@ pub struct Work<'a> {
     pub batches: u64,
 }
 
-/// Why nothing can be foretold.
+/// Why no time can be predicted.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Unpredictable(pub String);
@@ -78,14 +77,14 @@ impl Model {
     pub fn new(report: &Report, start: &BTreeMap<Kernel, f64>) -> Result<Model, Unpredictable> {
         let samples = report.rays.primary as f64;
         if report.passes.is_empty() || samples <= 0.0 || report.time.device <= 0.0 {
-            return Err(Unpredictable("the report has no times of passes".into()));
+            return Err(Unpredictable("the report has no pass times".into()));
         }
         let traced = |depth: u32| match depth {
             0 => samples,
             d => report.rays.by_depth.get(d as usize - 1).map_or(0.0, |r| r.traced as f64),
         };
         let mut model = Model { start: start.clone(), ..Model::default() };
-        // Passes without rays tell what a start costs.
+        // Passes without rays measure `start`.
         for kernel in passes::all().map(|p| p.kernel) {
             let empty: Vec<&PassInfo> = report
                 .passes
@@ -106,7 +105,7 @@ impl Model {
             model.cost.insert((kernel, pass.depth), (pass.seconds - starts).max(0.0) / traced(pass.depth));
         }
         model.rays = report.rays.by_depth.iter().map(|d| d.traced as f64 / samples).collect();
-        // Where passes found no ray, there was none.
+        // Depths that were traced without a ray have none.
         let timed = report.passes.iter().map(|p| p.depth).max().unwrap_or(0);
         model.rays.resize(model.rays.len().max(timed as usize), 0.0);
         model.shadow =
@@ -114,7 +113,7 @@ impl Model {
         Ok(model)
     }
 
-    /// The same with the uncertainty of its mean, as a share, and what was timed.
+    /// The same with the relative uncertainty of its mean and a description of the timed work.
     #[must_use]
     pub fn with(self, spread: f64, basis: String) -> Model {
         Model { spread, basis, ..self }
@@ -124,7 +123,7 @@ impl Model {
         self.start.get(&kernel).copied().unwrap_or(0.0)
     }
 
-    /// Rays of a depth for one sample, and whether that was seen.
+    /// Rays per sample at a depth, and whether they were counted rather than extrapolated.
     fn rays(&self, depth: u32, plan: &Plan) -> (f64, bool) {
         let (known, most) = (self.rays.len(), if plan.specialisation.branching != 0 { 2.0 } else { 1.0 });
         match self.rays.get(depth as usize - 1) {
@@ -138,7 +137,7 @@ impl Model {
         }
     }
 
-    /// Seconds for each ray of a kernel at a depth: as it was timed there, or at the deepest depth before.
+    /// Seconds per ray of a kernel at a depth, or at the deepest timed depth above it.
     fn cost(&self, kernel: Kernel, depth: u32) -> Option<f64> {
         self.cost.range((kernel, 0)..=(kernel, depth)).next_back().map(|(_, c)| *c)
     }
@@ -146,17 +145,17 @@ impl Model {
     /// The time of `work`.
     ///
     /// # Errors
-    /// If nothing is known of kernels that it needs.
+    /// If `work` needs kernels or depths that were not timed.
     pub fn predict(&self, work: &Work<'_>) -> Result<Prediction, Unpredictable> {
         let Work { plan, pixels, samples, batches } = *work;
         let last = plan.last_depth;
         if last > 1 && self.rays.len() == 1 {
-            return Err(Unpredictable("a render of depth 1 says nothing of deeper rays".into()));
+            return Err(Unpredictable("the report is of a render of depth 1 and cannot predict deeper rays".into()));
         }
         let other = if plan.specialisation.fused != 0 { Kernel::Intersect } else { Kernel::Trace };
         if self.cost.keys().any(|(kernel, _)| *kernel == other) {
             return Err(Unpredictable(format!(
-                "what was timed ran `{}`, which this render would not; a trial tells of its kernels",
+                "the timed render ran the kernel `{}`, which this one does not",
                 other.name()
             )));
         }

@@ -203,8 +203,8 @@ impl Frame {
 
     pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
         RenderError::DoesNotFit(format!(
-            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the planned queue holds; \
-             try a smaller --depth",
+            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the queue holds; \
+             reduce --depth",
             self.plan.capacity
         ))
     }

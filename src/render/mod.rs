@@ -158,11 +158,11 @@ impl Renderer {
         match self.arithmetic.double {
             Some(double) if double.faults().is_empty() => (
                 Settings { precision: Precision::Double, ..asked.clone() },
-                vec![format!("rendered in f64, as this device's f32 cannot be trusted: {why}")],
+                vec![format!("rendered in f64 because the f32 arithmetic of this device is unreliable: {why}")],
             ),
             _ => (
                 asked.clone(),
-                vec![format!("bounds may not hold, as this device's f32 cannot be trusted: {why}")],
+                vec![format!("error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}")],
             ),
         }
     }

@@ -128,13 +128,13 @@ impl<'a> Trial<'a> {
             runs.remove(0);
         }
         let Some(run) = mean_run(&runs) else {
-            return Ok(Err(Unpredictable("the trial was cut short".into())));
+            return Ok(Err(Unpredictable("the trial was interrupted".into())));
         };
         let samples: u64 = run.bands.iter().map(|b| b.1).sum();
         let [x0, y0, x1, y1] = self.prepared.settings().region();
         let all = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(self.prepared.settings().samples);
         let basis = format!(
-            "a trial of {} samples in {}, {:.1} % of all",
+            "a trial of {} samples in {} ({:.1} % of all samples)",
             grouped(samples),
             plural(run.bands.len() as u64, "band"),
             100.0 * samples as f64 / all as f64

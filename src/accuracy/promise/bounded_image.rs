@@ -67,15 +67,15 @@ impl Layer {
         }
     }
 
-    /// What its numbers are.
+    /// Its quantity and unit, for a legend.
     pub fn unit(self) -> &'static str {
         match self {
-            Layer::Sampling => "half the interval, linear light",
-            Layer::Truncation => "light that may be missing, linear",
-            Layer::Rounding => "difference to f64, linear light",
-            Layer::Samples => "samples",
-            Layer::Depth => "rays in the longest path",
-            Layer::Cost => "rays traced",
+            Layer::Sampling => "half-width of the confidence interval, linear light",
+            Layer::Truncation => "upper bound on light from rays not traced, linear light",
+            Layer::Rounding => "difference from f64, linear light",
+            Layer::Samples => "samples per pixel",
+            Layer::Depth => "length of the longest path, rays",
+            Layer::Cost => "rays traced per pixel",
         }
     }
 }

@@ -98,15 +98,15 @@ impl Task<'_> {
         known.report.asked.time = Some(seconds);
         known.report.asked.met = Some(!short && !known.cancelled);
         known.report.asked.unmet_why = if known.cancelled {
-            Some("it was interrupted".into())
+            Some("the render was interrupted".into())
         } else if short {
             // Looks and kernels were paid for; the rest goes with the pixels.
             let fixed = (start - from).as_secs_f64() + clock.reserve;
             let needed = fixed + render.as_secs_f64() / pilot.max(1e-3);
             Some(format!(
-                "{seconds} s is too short for {REPLICATES} samples of every pixel, which take about {needed:.1} s \
-                 ({fixed:.1} s of them to prepare and to write): {:.0} % of the pixels stand for all, and the error is \
-                 not known; a smaller --size helps",
+                "{seconds} s is too short: {REPLICATES} samples of every pixel take about {needed:.1} s, {fixed:.1} s of \
+                 which to prepare and to write files; only {:.0} % of the pixels were traced, the rest repeat their \
+                 neighbours, and the error is unknown; reduce --size",
                 100.0 * pilot
             ))
         } else {

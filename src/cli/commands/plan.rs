@@ -19,7 +19,7 @@ use crate::settings::Settings;
 use anyhow::Context;
 use std::path::Path;
 
-/// Tells what a render needs.
+/// Prints what a render needs.
 pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     if let Some(path) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
@@ -41,7 +41,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
                     check(&report, &outline, &built.planned.packed)?;
                     let from = of_report(&report, plan, &built.planned.settings);
                     if let Err(why) = &from {
-                        console.say(&format!("{why}: a trial instead"));
+                        console.say(&format!("{why}: running a trial instead"));
                     }
                     from.ok()
                 }
@@ -80,31 +80,31 @@ fn report(path: &Path) -> Result<Report, Failure> {
     Ok(report)
 }
 
-/// Refuses a report whose times are of something else.
+/// Rejects a report of another device, scene or precision.
 fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure> {
     let counts = [packed.found.triangles, packed.found.spheres, packed.found.lights];
     let then = [report.scene.triangles, report.scene.spheres, report.scene.lights];
     let differs = if report.device.name != now.device.name {
-        Some(format!("device, `{}`", report.device.name))
+        Some(format!("device ({})", report.device.name))
     } else if counts != then {
-        Some(format!("scene, {}", report.scene.file))
+        Some(format!("scene ({})", report.scene.file))
     } else if report.settings.precision != now.settings.precision {
-        Some(format!("precision, {}", report.settings.precision))
+        Some(format!("precision ({})", report.settings.precision))
     } else {
         None
     };
     match differs {
-        Some(what) => Err(Failure::Usage(format!("--from is of another {what}; leave it out for a trial"))),
+        Some(what) => Err(Failure::Usage(format!("the report of --from has a different {what}; leave out --from to run a trial"))),
         None => Ok(()),
     }
 }
 
-/// The time of the planned render after a report of another.
+/// Predicts the planned render from the report of another.
 fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
     if report.plan.known_shapes != (plan.specialisation.few_known != 0) {
-        let so = if report.plan.known_shapes { "constants of" } else { "buffers for" };
+        let (then, now) = if report.plan.known_shapes { ("", "does not") } else { ("not ", "does") };
         return Err(Unpredictable(format!(
-            "the report's shapes were {so} its kernels, which is otherwise here"
+            "the reported render did {then}compile its shapes into the kernels, this one {now}"
         )));
     }
     predict(&Model::of_report(report)?, plan, settings)

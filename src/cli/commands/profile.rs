@@ -21,7 +21,7 @@ use anyhow::{Context, anyhow};
 use std::path::Path;
 use std::time::Instant;
 
-/// Renders several times and tells where the time goes.
+/// Renders several times and prints where the time goes.
 pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     check(args)?;
     let begin = Instant::now();
@@ -39,7 +39,7 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         let begin = Instant::now();
         let rendered = prepared.render(None, &mut Progress::new(style, name))?;
         if rendered.done < 1.0 {
-            return Err(Failure::Interrupted("interrupted; a part of the runs is no profile".into()));
+            return Err(Failure::Interrupted("interrupted: no profile".into()));
         }
         let FrameTrace { phases: inner, submits } = prepared.take_trace();
         phases.push(Phase::since(name, begin));
@@ -61,7 +61,7 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         write_trace(path, started, &rendered.report.device.name, &phases, &submits, &plan, precision)?;
     }
     let mut profile = Profile::new(&runs, &first.report.time, &plan, precision)
-        .ok_or_else(|| anyhow!("the device's times are not numbers"))?;
+        .ok_or_else(|| anyhow!("the device reported times that are not numbers"))?;
     let report = &mut profile.report;
     report.scene.file = args.scene.display().to_string();
     report.image.linear_sha256 = linear_sha256(&first.linear);
@@ -97,7 +97,7 @@ fn settings(args: &ProfileArgs, scene: &Scene) -> Settings {
     settings
 }
 
-/// What `render` would do with the image, but for the disk.
+/// Encodes the image as `render` does, without writing it.
 fn encode(rendered: &Rendered) -> Result<(), Failure> {
     let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
     let metadata = Metadata::of(&rendered.report, rendered.done);

@@ -69,7 +69,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
                 wrong = receipt.wrong();
                 rendered.report.receipt = Some(receipt);
             }
-            Err(ReceiptError::Interrupted) => console.say("interrupted: there is no receipt"),
+            Err(ReceiptError::Interrupted) => console.say("interrupted: no receipt"),
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
@@ -82,7 +82,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     }
     if !wrong.is_empty() {
         return Err(Failure::Other(anyhow::anyhow!(
-            "the image differs from that of general kernels with {}: please report this",
+            "the image changes with {} switched on, which is a bug: please report it",
             wrong.join(", ")
         )));
     }
@@ -92,7 +92,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     validated(&renderer.validation_messages(), console)
 }
 
-/// Where an interrupted render is kept; nowhere for standard output.
+/// The state file of an interrupted render; none for standard output.
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
@@ -100,14 +100,14 @@ fn state_file(args: &RenderArgs) -> Option<StateFile> {
     }
 }
 
-/// Checks what can be checked before the work: the image's format, and that the files can be written.
+/// Checks, before the work starts, the image's format and that the files can be written.
 fn check(args: &RenderArgs) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
-            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect or pipe it".into()));
+            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect standard output or name a file".into()));
         }
         Output::Stdout if args.resume => {
-            return Err(Failure::Usage("--resume needs an image file; -o - keeps no state".into()));
+            return Err(Failure::Usage("--resume needs an image file, but -o - writes to standard output".into()));
         }
         Output::Stdout => Format::Png(Bits::Eight),
         Output::File(path, format) => {
@@ -125,13 +125,13 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     match (args.bits.as_deref(), format) {
         (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
         (Some(_), Format::Exr | Format::Hdr) => {
-            Err(Failure::Usage("--bits is for PNG; EXR and HDR have their own precision".into()))
+            Err(Failure::Usage("--bits applies to PNG only".into()))
         }
         _ => Ok(format),
     }
 }
 
-/// Keeps what is finished for `--resume`, and says how far it is.
+/// Stores finished tiles for `--resume` and describes the progress.
 fn interrupted(
     report: &Report,
     done: f64,
@@ -142,12 +142,12 @@ fn interrupted(
         (Some(state), Some(mut unfinished)) => {
             unfinished.time = report.time.clone();
             state.save(|out| unfinished.write(out))?;
-            format!("go on with --resume (from {})", state.path().display())
+            format!("continue with --resume (state in {})", state.path().display())
         }
-        _ => "nothing is kept to resume from, as no tile is finished".into(),
+        _ => "it cannot be resumed, since no tile is finished".into(),
     };
     Ok(Failure::Interrupted(format!(
-        "interrupted: {:.1} % of the work is done and saved in {}; {then}",
+        "interrupted: {:.1} % of the work is done, the image so far is in {}; {then}",
         100.0 * done,
         report.image.file
     )))
