@@ -1,0 +1,115 @@
+//! Tables that the code knows, as the architecture page has them.
+
+use crate::pages::{self, read};
+use std::fmt::Write;
+use whitted::abi::{self, Buf};
+use whitted::kernels::KERNELS;
+use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
+use whitted::plan::element_bytes;
+use whitted::settings::Precision;
+
+/// The block called `name` of the architecture page is `table`.
+fn write(name: &str, table: &str) {
+    pages::check("docs/design/architecture.md", |page| pages::with_block(page, name, table));
+}
+
+fn buffer_name(buffer: Buf) -> &'static str {
+    abi::BUFFERS[buffer as usize].0
+}
+
+/// First sentence of the comment that opens a kernel.
+fn purpose(kernel: &str) -> String {
+    let source = read(&format!("glsl/{kernel}.comp"));
+    let comment: Vec<&str> = source.lines().map_while(|line| line.strip_prefix("// ")).collect();
+    let text = comment.join(" ");
+    text.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
+}
+
+#[test]
+fn the_pass_table_is_the_codes() {
+    let mut table =
+        String::from("| kernel | what it does | reads | writes | on | when |\n|---|---|---|---|---|---|\n");
+    let list = |buffers: &[Buf]| {
+        buffers.iter().map(|b| format!("`{}`", buffer_name(*b))).collect::<Vec<_>>().join(" ")
+    };
+    let mut rows = |passes: &[Pass], place: &str| {
+        for p in passes {
+            let on = match p.size {
+                Size::One => "one",
+                Size::Samples => "samples",
+                Size::Pixels => "pixels",
+                Size::Rays => "rays",
+            };
+            let when = match p.when {
+                When::Always => "",
+                When::NotLast => ", but not the last",
+                When::PerLights => ", for each group of lights",
+                When::Branching => ", from 2 on, where rays branch",
+            };
+            let way = match p.way {
+                Way::Both => "",
+                Way::Split => "; split",
+                Way::Fused => "; fused",
+            };
+            let (name, what) = (p.kernel.name(), purpose(p.kernel.name()));
+            let (reads, writes) = (list(p.reads), list(p.writes));
+            writeln!(table, "| `{name}` | {what} | {reads} | {writes} | {on} | {place}{when}{way} |")
+                .unwrap();
+        }
+    };
+    rows(PROLOGUE, "once per batch, first");
+    rows(PER_DEPTH, "every depth");
+    rows(EPILOGUE, "once per batch, last");
+    rows(SELF_TEST, "once per device, before any frame");
+    for kernel in &KERNELS {
+        assert!(table.contains(&format!("| `{}` |", kernel.name)), "{} is in no pass", kernel.name);
+    }
+    write("passes", &table);
+}
+
+#[test]
+fn the_buffer_table_is_the_codes() {
+    let bytes = |element: &str| element_bytes(element, Precision::Robust);
+    let double = |element: &str| element_bytes(element, Precision::Double);
+    // The comment above a buffer's line in abi.rs says what it holds.
+    let source = read("src/abi.rs");
+    let comment = |name: &str| {
+        let lines: Vec<&str> = source.lines().collect();
+        let at =
+            lines.iter().position(|l| l.trim_start().starts_with(&format!("{name} / "))).expect("its line");
+        let above = lines[..at].iter().rev().map_while(|l| l.trim_start().strip_prefix("/// "));
+        let mut words: Vec<&str> = above.collect();
+        words.reverse();
+        words.join(" ").trim_end_matches('.').replace('|', "\\|")
+    };
+    let mut table = String::from(
+        "| binding | buffer | element | bytes | in f64 | what it holds |\n|---:|---|---|---:|---:|---|\n",
+    );
+    for (binding, (name, element, _)) in abi::BUFFERS.iter().enumerate() {
+        writeln!(
+            table,
+            "| {binding} | `{name}` | `{element}` | {} | {} | {} |",
+            bytes(element),
+            double(element),
+            comment(name)
+        )
+        .unwrap();
+    }
+    let place = |bytes: &dyn Fn(&str) -> u64| 2 * bytes("Ray") + bytes("Hit") + bytes("Surface");
+    writeln!(
+        table,
+        "\nA place in a queue takes {} bytes ({} in f64), 8 more for each solid that a ray can be in, {} more where rays branch or\n\
+         lights come in groups. Where kernels are fused it takes {} bytes and 8 more for each solid; where rays branch {}, and twice as much\n\
+         for solids. A sample of a batch takes {} bytes, a pixel of a tile {}.",
+        place(&bytes),
+        place(&double),
+        bytes("Contribution"),
+        // Rays of this depth and of the next, at a ray's own places, and where they are.
+        2 * bytes("Ray") + bytes("uint"),
+        2 * 2 * bytes("Ray") + bytes("uint") + bytes("Contribution"),
+        bytes("vec3"),
+        bytes("Film")
+    )
+    .unwrap();
+    write("buffers", &table);
+}
