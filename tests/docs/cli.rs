@@ -3,8 +3,8 @@
 use crate::pages;
 use clap::{Arg, Command, CommandFactory};
 use std::fmt::Write;
-use whitted::cli::Cli;
-use whitted::commands::failure::Code;
+use whitted::cli::args::Cli;
+use whitted::cli::failure::Code;
 
 const HEAD: &str = "\
 # Command line

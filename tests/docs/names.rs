@@ -3,7 +3,7 @@
 use crate::pages::{all, read};
 use clap::CommandFactory;
 use std::path::Path;
-use whitted::cli::Cli;
+use whitted::cli::args::Cli;
 
 /// True if `text` has `word` with nothing of a name before or behind it.
 fn names(text: &str, word: &str) -> bool {

@@ -2,10 +2,10 @@
 
 use crate::pages::{self, read};
 use std::fmt::Write;
-use whitted::abi::{self, Buf};
-use whitted::kernels::KERNELS;
-use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
+use whitted::kernel::abi::{self, Buf};
+use whitted::kernel::table::KERNELS;
 use whitted::plan::element_bytes;
+use whitted::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
 use whitted::settings::Precision;
 
 /// The block called `name` of the architecture page is `table`.
@@ -72,7 +72,7 @@ fn the_buffer_table_is_the_codes() {
     let bytes = |element: &str| element_bytes(element, Precision::Robust);
     let double = |element: &str| element_bytes(element, Precision::Double);
     // The comment above a buffer's line in abi.rs says what it holds.
-    let source = read("src/abi.rs");
+    let source = read("src/kernel/abi.rs");
     let comment = |name: &str| {
         let lines: Vec<&str> = source.lines().collect();
         let at =
