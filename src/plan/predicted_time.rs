@@ -12,7 +12,7 @@ use crate::report::{PassInfo, Report};
 use std::collections::BTreeMap;
 
 /// By how much the pace of one device varies from run to run at least, as a share: the spread of repeated
-/// renders (ARCHITECTURE.md, "Figures").
+/// renders (docs/design/decisions/014-predicted-time.md).
 const PACE: f64 = 0.1;
 
 /// What a timed part of the work says of the whole.

@@ -122,8 +122,28 @@ fn comments_cite_pages_and_sections_that_exist() {
     assert!(citing > 10, "only {citing} files cite the page");
 }
 
+/// Paths of code between backticks in `page` that are not there.
+fn unknown_paths(page: &str) -> Vec<&str> {
+    let spans = prose(page).flat_map(|line| line.split('`').skip(1).step_by(2));
+    let folders = ["src/", "glsl/", "tests/", "benches/", "scenes/", ".ci/", ".github/"];
+    let is_path =
+        |span: &&str| folders.iter().any(|f| span.starts_with(f)) && !span.contains(['*', ' ', '{']);
+    let is_missing = |span: &&str| !span.contains("NAME") && !pages::path(span).exists();
+    spans.filter(is_path).filter(is_missing).collect()
+}
+
+#[test]
+fn pages_name_paths_that_exist() {
+    // Decisions and the changelog speak of the code as it was.
+    let history = |page: &String| page.starts_with("docs/design/decisions/") || page == "CHANGELOG.md";
+    for page in pages::all().into_iter().filter(|page| !history(page)) {
+        assert_eq!(unknown_paths(&pages::read(&page)), [""; 0], "{page}");
+    }
+}
+
 #[test]
 fn a_wrong_citation_is_noticed() {
+    assert_eq!(unknown_paths("`src/lib.rs` `src/*.rs` `src/no_such_file.rs`"), ["src/no_such_file.rs"]);
     assert_eq!(unknown_sections("(numerics.md, Boxes)", "## Boxes\n"), [""; 0]);
     assert_eq!(unknown_sections("(numerics.md, Boxes)", "## Boxing\n").len(), 1);
     assert_eq!(unknown_pages("docs/numerics.md and docs/no-such-page.md"), ["docs/no-such-page.md"]);

@@ -143,3 +143,38 @@ fn the_scene_formats_example_is_a_scene() {
     let scene = whitted::scene::parse_str(example, Path::new("docs/example.toml")).expect("a sound example");
     assert_eq!((scene.spheres.len(), scene.polygons.len(), scene.lights.len()), (1, 1, 1));
 }
+
+#[test]
+fn the_page_of_the_report_names_every_key() {
+    fn keys(value: &serde_json::Value, found: &mut Vec<String>) {
+        match value {
+            serde_json::Value::Object(fields) => {
+                for (key, value) in fields {
+                    found.push(key.clone());
+                    keys(value, found);
+                }
+            }
+            serde_json::Value::Array(items) => items.iter().for_each(|item| keys(item, found)),
+            _ => {}
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
+    assert_cmd::Command::new(env!("CARGO_BIN_EXE_whitted"))
+        .args(["render", scene, "-o", &at("a.png"), "--report", &at("a.json"), "--size", "12x10", "--budget"])
+        .args(["--samples", "4", "--device", "cpu"])
+        .assert()
+        .success();
+    let report = std::fs::read_to_string(at("a.json")).expect("the report");
+    let mut found = Vec::new();
+    keys(&serde_json::from_str(&report).expect("JSON"), &mut found);
+    assert!(
+        found.iter().any(|key| key == "by_depth") && found.iter().any(|key| key == "rounding_pixels"),
+        "{found:?}"
+    );
+    let page = read("docs/report.md");
+    for key in found {
+        assert!(names(&page, &key), "docs/report.md does not name `{key}`");
+    }
+}

@@ -113,3 +113,88 @@ fn the_buffer_table_is_the_codes() {
     .unwrap();
     write("buffers", &table);
 }
+
+#[test]
+fn the_index_of_decisions_lists_every_page() {
+    let mut rows = String::from("| decision | date | status |\n|---|---|---|\n");
+    let folder = "docs/design/decisions/";
+    for page in
+        pages::all().iter().filter_map(|page| page.strip_prefix(folder)).filter(|page| *page != "README.md")
+    {
+        let text = read(&format!("{folder}{page}"));
+        let title = text.lines().next().and_then(|line| line.strip_prefix("# ")).expect("a title");
+        let stated = text
+            .lines()
+            .find_map(|line| line.strip_prefix("Date: "))
+            .expect("`Date: YYYY-MM-DD. Status: ...`");
+        let (date, status) = stated.split_once(". Status: ").expect("a status");
+        assert!(
+            page.starts_with(title.split(':').next().expect("a number")),
+            "{page}: the number of {title}"
+        );
+        writeln!(rows, "| [{title}]({page}) | {date} | {} |", status.trim_end_matches('.')).unwrap();
+    }
+    pages::check(&format!("{folder}README.md"), |page| pages::with_block(page, "decisions", &rows));
+}
+
+/// A table of a page: names of its columns, and its rows.
+type Table<'a> = (Vec<&'a str>, Vec<Vec<&'a str>>);
+
+/// The first table below the heading that contains `heading`.
+fn table<'a>(page: &'a str, heading: &str) -> Table<'a> {
+    let section = page.split("\n## ").find(|s| s.lines().next().is_some_and(|title| title.contains(heading)));
+    let section = section.unwrap_or_else(|| panic!("no section {heading}"));
+    let cells = |line: &'a str| line.trim_matches('|').split(" | ").map(str::trim).collect::<Vec<_>>();
+    let lines =
+        section.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
+    let mut rows: Vec<Vec<&str>> = lines.map(cells).collect();
+    assert!(rows.len() > 2, "no table in section {heading}");
+    let head = rows.remove(0);
+    (head, rows.split_off(1))
+}
+
+/// The fractions `kept/tried` in a column, added up over the rows of single scenes.
+fn added((head, rows): &Table<'_>, column: &str) -> (u64, u64) {
+    let at = head
+        .iter()
+        .position(|name| *name == column)
+        .unwrap_or_else(|| panic!("no column {column} in {head:?}"));
+    let (mut kept, mut tried) = (0, 0);
+    for row in rows.iter().filter(|row| !row[0].starts_with("**")) {
+        let fraction = row[at].split(' ').next().and_then(|f| f.split_once('/')).expect("kept/tried");
+        kept += fraction.0.parse::<u64>().expect("a count");
+        tried += fraction.1.parse::<u64>().expect("a count");
+    }
+    (kept, tried)
+}
+
+#[test]
+fn the_readme_sums_up_the_measured_promises() {
+    let (extremes, calibration) = (read("docs/extremes.md"), read("docs/calibration.md"));
+    let (_, cases) = table(&extremes, "Cases");
+    let passed = cases.iter().filter(|row| row[4] == "pass").count();
+    let mut text = String::from("| promise | kept | measured by |\n|---|---:|---|\n");
+    let mut row = |promise: &str, (kept, tried): (u64, u64), by: &str| {
+        writeln!(text, "| {promise} | {kept} of {tried} | {by} |").unwrap();
+    };
+    row(
+        "numerical extremes stay within derived bounds",
+        (passed as u64, cases.len() as u64),
+        "[`whitted stress`](docs/extremes.md)",
+    );
+    let by = "[`whitted calibrate`](docs/calibration.md)";
+    row(
+        "`--budget`: the true error is within the stated one",
+        added(&table(&calibration, "`--budget`"), "error within total"),
+        by,
+    );
+    row("`--error E`: the true error is at most E", added(&table(&calibration, "`--error`"), "kept"), by);
+    row("`--time T`: done within T", added(&table(&calibration, "`--time`"), "at most 5 % late"), by);
+    pages::check("README.md", |page| pages::with_block(page, "right", &text));
+}
+
+#[test]
+fn fractions_are_added_over_scenes_alone() {
+    let page = "# P\n\n## A `x`\n\nText.\n\n| scene | kept |\n|---|---:|\n| a | 3/4 = 75 % |\n| b | 1/2 |\n| **all** | 9/9 |\n";
+    assert_eq!(added(&table(page, "`x`"), "kept"), (4, 6));
+}
