@@ -64,7 +64,8 @@ fn tables(command: &Command) -> String {
         None => "Options".to_owned(),
     };
     let mut groups: Vec<(String, String)> = Vec::new();
-    for arg in command.get_positionals().chain(command.get_opts().chain(flags(command))).filter(shown) {
+    let options = command.get_arguments().filter(|arg| !arg.is_positional());
+    for arg in command.get_positionals().chain(options).filter(shown) {
         let heading = heading(arg);
         match groups.iter_mut().find(|(name, _)| *name == heading) {
             Some((_, rows)) => rows.push_str(&row(arg)),
@@ -75,11 +76,6 @@ fn tables(command: &Command) -> String {
     groups.iter().map(table).collect()
 }
 
-/// Options that take no value.
-fn flags(command: &Command) -> impl Iterator<Item = &Arg> {
-    command.get_arguments().filter(|a| !a.is_positional() && !a.get_action().takes_values())
-}
-
 /// The text behind the options: prose as it is, a paragraph that begins with `Title:` as a block. Exit codes
 /// are the same for all commands and stand at the end of the page.
 fn notes(command: &Command) -> String {
@@ -87,7 +83,11 @@ fn notes(command: &Command) -> String {
     let mut notes = String::new();
     for paragraph in text.split("\n\n").filter(|p| !p.starts_with("Exit codes:")) {
         match paragraph.trim_end().split_once(":\n") {
-            Some((title, lines)) => write!(notes, "\n{title}:\n\n```text\n{lines}\n```\n"),
+            Some((title, lines)) => {
+                let lines: Vec<&str> =
+                    lines.lines().map(|line| line.strip_prefix("  ").unwrap_or(line)).collect();
+                write!(notes, "\n{title}:\n\n```text\n{}\n```\n", lines.join("\n"))
+            }
             None => write!(notes, "\n{}\n", paragraph.trim_end()),
         }
         .expect("a String takes it");

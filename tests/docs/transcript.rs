@@ -25,7 +25,8 @@ pub struct Transcript {
 /// All transcripts of a page, in order.
 pub fn find(page: &str) -> Vec<Transcript> {
     let mut found = Vec::new();
-    for (at, mark) in page.match_indices("<!-- transcript") {
+    // A mark begins its line; elsewhere a page speaks of marks.
+    for (at, mark) in page.match_indices("\n<!-- transcript") {
         let rest = &page[at + mark.len()..];
         let (kind, rest) = rest.split_once("-->").expect("the comment's end");
         let mask = match kind.trim() {

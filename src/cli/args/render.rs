@@ -9,19 +9,19 @@ use clap::Args;
 use std::path::PathBuf;
 
 const RENDER_HELP: &str = "\
+Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
+not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
+second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
+command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
+resume from.
+
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
   whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
   whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
   whitted render scenes/cornell.toml -o good.png --error 0.01
   whitted render scenes/cornell.toml -o quick.png --time 2
-  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
-
-Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
-not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
-second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
-command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
-resume from.";
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
 
 /// `whitted render`.
 #[derive(Debug, Args)]

@@ -45,7 +45,7 @@ fn all(command: &clap::Command) -> Vec<clap::Command> {
 /// The roff text of one command's page.
 fn page(command: clap::Command) -> io::Result<Vec<u8>> {
     let notes = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-    let has_commands = command.has_subcommands();
+    let (has_commands, has_version) = (command.has_subcommands(), command.get_version().is_some());
     let man = Man::new(command);
     let mut out = Vec::new();
     man.render_title(&mut out)?;
@@ -57,7 +57,9 @@ fn page(command: clap::Command) -> io::Result<Vec<u8>> {
         man.render_subcommands_section(&mut out)?;
     }
     render_notes(&notes).to_writer(&mut out)?;
-    man.render_version_section(&mut out)?;
+    if has_version {
+        man.render_version_section(&mut out)?;
+    }
     Ok(out)
 }
 
