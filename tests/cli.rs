@@ -70,6 +70,25 @@ fn help_and_version_are_on_standard_output() {
 }
 
 #[test]
+fn manual_pages_and_completions_are_written() {
+    let (folder, at) = folder();
+    whitted(&["man", "-o", &at("man")]).assert().success();
+    let pages = names(&folder.path().join("man"));
+    assert!(
+        pages.contains(&"whitted.1".into()) && pages.contains(&"whitted-generate-sphereflake.1".into()),
+        "{pages:?}"
+    );
+    let page = text(&whitted(&["man"]).assert().success().get_output().stdout);
+    assert_eq!(page, fs::read_to_string(at("man/whitted.1")).unwrap());
+    let shells = ["bash", "zsh", "fish", "elvish", "powershell"];
+    for shell in shells {
+        let script = text(&whitted(&["completions", shell]).assert().success().get_output().stdout);
+        assert!(script.contains("batch-samples"), "{shell}");
+    }
+    assert_eq!(whitted(&["completions", "tcsh"]).assert().failure().get_output().status.code(), Some(2));
+}
+
+#[test]
 fn bad_values_are_usage_errors() {
     let (folder, at) = folder();
     let png = at("a.png");

@@ -1,4 +1,4 @@
-//! Every kernel has its twin, its test and its place in ARCHITECTURE.md, under the same word.
+//! Every kernel has its twin, its test and its place in the architecture page, under the same word.
 
 // A panic is a test's failure report, in its helpers too.
 #![allow(clippy::unwrap_used)]
@@ -63,8 +63,8 @@ fn every_kernel_has_a_test() {
 
 #[test]
 fn every_kernel_is_described() {
-    let text = read("ARCHITECTURE.md");
+    let text = read("docs/design/architecture.md");
     for kernel in KERNELS {
-        assert!(text.contains(&format!("`{}`", kernel.name)), "{} is not in ARCHITECTURE.md", kernel.name);
+        assert!(text.contains(&format!("`{}`", kernel.name)), "{} is not in the page", kernel.name);
     }
 }

@@ -73,7 +73,7 @@ impl Limits {
     }
 }
 
-/// What a device's properties switch for scenes of a usual size (ARCHITECTURE.md, "Why this shape on a GPU").
+/// What a device's properties switch for scenes of a usual size (docs/design/gpu.md).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Switched {
     /// Scene and queues are read as texels, not as storage buffers.
@@ -135,7 +135,7 @@ struct Choice {
     known: bool,
 }
 
-/// Rays per batch that keep lavapipe's queues in its caches; measured (ARCHITECTURE.md, "Figures").
+/// Rays per batch that keep lavapipe's queues in its caches (docs/design/decisions/002-batch-size.md).
 const CPU_BATCH: u32 = 1 << 17;
 /// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
 /// under a quarter of a small card's memory.
@@ -150,13 +150,15 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
 /// Samples from which on the stages of a depth are one kernel on software devices: it starts later and saves a fifth
-/// of the time (ARCHITECTURE.md, "Figures").
+/// of the time (docs/design/decisions/025-fused-depth.md).
 const FUSED_SAMPLES: u64 = 1 << 21;
 /// Samples from which on a small scene's shapes become constants: beside packets that saves some 25 ns at each sample
-/// and costs 0.13 s at every start, several times that of compiling at a scene's first (ARCHITECTURE.md, "Figures").
+/// and costs 0.13 s at every start, several times that of compiling at a scene's first
+/// (docs/design/decisions/006-constant-shapes.md).
 pub(crate) const KNOWN_SAMPLES: u64 = 1 << 22;
 
-/// Primitives that are all tested, at most; beyond them walking a hierarchy pays (ARCHITECTURE.md, "Figures").
+/// Primitives that are all tested, at most; beyond them walking a hierarchy pays
+/// (docs/design/decisions/010-brute-force-limit.md).
 pub const BRUTE_FORCE_MAX: usize = 32;
 /// The same where the rays of a subgroup walk together and the shapes are no constants.
 const BRUTE_FORCE_MAX_LOADED: usize = 12;
@@ -305,7 +307,7 @@ impl Plan {
 
     /// Whether one kernel may do the stages of a depth that work on a ray alone: what goes through queues between
     /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
-    /// compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this shape on a GPU").
+    /// compiled on one core. A GPU keeps split kernels (docs/design/gpu.md).
     fn may_fuse(&self, settings: &Settings, limits: &Limits, survey: bool) -> bool {
         let many = samples(settings, survey) >= FUSED_SAMPLES;
         limits.is_cpu
@@ -411,7 +413,7 @@ impl Plan {
     }
 
     /// Hands a small scene's shapes over as constants. Loads are what the brute force of a software
-    /// device spends its time on (ARCHITECTURE.md, "Figures").
+    /// device spends its time on (docs/design/decisions/006-constant-shapes.md).
     fn know_few(&mut self, packed: &Packed, limits: &Limits) {
         let spec = &mut self.specialisation;
         let (triangles, spheres) = (spec.triangle_count, spec.sphere_count);

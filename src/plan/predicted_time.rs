@@ -12,7 +12,7 @@ use crate::report::prediction::{DepthForecast, Prediction};
 use crate::report::{PassInfo, Report};
 use std::collections::BTreeMap;
 
-/// Least relative uncertainty: device times vary by this much from run to run (ARCHITECTURE.md, "Figures").
+/// Least relative uncertainty: device times vary by this much from run to run (docs/design/decisions/014-predicted-time.md).
 const PACE: f64 = 0.1;
 
 /// Costs and ray counts, estimated from a timed render.

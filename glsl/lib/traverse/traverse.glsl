@@ -154,8 +154,8 @@ uint filter_sphere(uint i, Sphere s, TraceRay r, bool any, real limit) {
 
 // Few primitives: first a filter that is a handful of operations and no branch, written out
 // for each of them, then the whole test for what it lets through. Outside all control flow lavapipe
-// loads an address that all lanes share once, and it runs both sides of a branch (ARCHITECTURE.md,
-// "Figures"); a GPU does not diverge.
+// loads an address that all lanes share once, and it runs both sides of a branch
+// (docs/design/decisions/005-brute-force-filter.md); a GPU does not diverge.
 void walk_few(TraceRay r, bool any, inout Best best) {
     uint candidates = 0u;
 #ifdef EACH_FEW
