@@ -58,8 +58,6 @@ features! {
     Storage, "storage", "loads from storage buffers, not texel views";
     /// A kernel for each stage, also where one for all is faster.
     SplitKernels, "split-kernels", "a kernel for each stage, not one for all";
-    /// Shapes from buffers, not from constants.
-    LoadedShapes, "loaded-shapes", "shapes from buffers, not constants";
 }
 
 impl fmt::Display for Feature {

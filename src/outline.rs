@@ -8,7 +8,7 @@ pub use text::text;
 use crate::abi::{self, Buf};
 use crate::found::Found;
 use crate::pack::Packed;
-use crate::plan::{BRUTE_FORCE_MAX, HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
+use crate::plan::{HEAP_EIGHTHS, Limits, Plan, element_bytes};
 use crate::predict::Prediction;
 use crate::report::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::settings::{Precision, Settings};
@@ -91,10 +91,6 @@ pub struct Planned {
     pub kernels: Vec<KernelRow>,
     /// Specialisation constants that leave code out, or add it.
     pub constants: Vec<Constant>,
-    /// Shapes are constants of the kernels.
-    pub known_shapes: bool,
-    /// Why, or why not.
-    pub known_shapes_why: String,
     /// Kernels read what a ray looks up through texel views.
     pub texels: bool,
     /// Why, or why not.
@@ -183,7 +179,7 @@ impl Outline {
                 why: reach.words(settings.depth, settings.cutoff),
             },
             search: search(packed),
-            plan: plan.map(|p| planned(packed, settings, limits, p)),
+            plan: plan.map(|p| planned(settings, limits, p)),
             limits: LimitInfo {
                 one_buffer: limits.storage_range,
                 heap: limits.heap,
@@ -262,7 +258,7 @@ fn search(packed: &Packed) -> SearchInfo {
     }
 }
 
-fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
+fn planned(settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
     let [x0, y0, x1, y1] = settings.region();
     let tiles = crate::render::tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
     let per_tile = u64::from(settings.samples.div_ceil(plan.batch_samples.max(1)));
@@ -292,8 +288,6 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         dispatches: kernels.iter().map(|k| k.launches).sum(),
         kernels,
         constants: variant::constants(plan),
-        known_shapes: plan.specialisation.few_known != 0,
-        known_shapes_why: known_shapes(packed, settings, limits, plan),
         texels: plan.specialisation.texels != 0,
         texels_why: texels(settings, limits, plan).into(),
         capacity: plan.capacity,
@@ -306,26 +300,6 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         batches: tiles * per_tile,
         buffers,
         bytes: plan.bytes(),
-    }
-}
-
-fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> String {
-    let [x0, y0, x1, y1] = settings.region();
-    let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(settings.samples);
-    let (have, needed) = (grouped(samples), grouped(KNOWN_SAMPLES));
-    if plan.specialisation.few_known != 0 {
-        return format!("{have} samples, from {needed} on they repay kernels of their own for this scene");
-    }
-    if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
-        "there are too many".into()
-    } else if settings.precision == Precision::Double {
-        "kernels in f64 have no such form".into()
-    } else if !limits.is_cpu {
-        "a GPU gains nothing by it".into()
-    } else if samples < KNOWN_SAMPLES {
-        format!("{have} samples, fewer than the {needed} that repay kernels of their own for this scene")
-    } else {
-        "switched off".into()
     }
 }
 

@@ -246,7 +246,7 @@ impl Prepared {
         // Children are asked for even where there can be none; what is between the stages is read.
         settings.schedule.general =
             settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
-        let packed = pack(scene, &settings, plan::brute_force_max(forced, &settings, limits, false));
+        let packed = pack(scene, &settings, plan::brute_force_max(forced, &settings, limits));
         let plan = Plan::new(&packed, &settings, limits)?;
         Ok(Prepared { settings, packed, plan })
     }

@@ -103,7 +103,7 @@ fn absent(renderer: &Renderer, scene: &Scene, settings: &Settings, plan: &Plan) 
         .iter()
         .map(|f| (*f, with(f)))
         .filter(|(_, s)| {
-            let packed = renderer.pack(scene, s, false);
+            let packed = renderer.pack(scene, s);
             let other = Plan::new(&packed, s, &limits);
             other.is_ok_and(|p| p.specialisation != plan.specialisation || p.last_depth != plan.last_depth)
         })

@@ -30,7 +30,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let mut renderer = Renderer::new(&args.device.choice(), false)?;
     let (settings, warnings) = renderer.trusted(&asked);
     renderer.check_precision(&settings)?;
-    let packed = renderer.pack(&scene, &settings, false);
+    let packed = renderer.pack(&scene, &settings);
     let limits = renderer.device().limits();
     let planned = Plan::new(&packed, &settings, &limits);
     let file = args.scene.display().to_string();
@@ -103,12 +103,6 @@ fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure>
 
 /// The time of the planned render after a report of another.
 fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
-    if report.plan.known_shapes != (plan.specialisation.few_known != 0) {
-        let so = if report.plan.known_shapes { "constants of" } else { "buffers for" };
-        return Err(Unpredictable(format!(
-            "the report's shapes were {so} its kernels, which is otherwise here"
-        )));
-    }
     predict(&Model::of_report(report)?, plan, settings)
 }
 
@@ -146,7 +140,7 @@ pub(super) fn before(
 ) -> Result<Outline, Failure> {
     let time = trial(renderer, scene, asked, &mut Progress::new(style, "trial"))?;
     let (settings, _) = renderer.trusted(asked);
-    let packed = renderer.pack(scene, &settings, false);
+    let packed = renderer.pack(scene, &settings);
     let limits = renderer.device().limits();
     let plan = Plan::new(&packed, &settings, &limits).map_err(RenderError::from)?;
     let device = renderer.device().info();

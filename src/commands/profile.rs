@@ -53,7 +53,7 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         false => settings.precision,
     };
     let used = Settings { precision, ..settings.clone() };
-    let plan = Plan::new(&renderer.pack(&scene, &used, false), &used, &renderer.device().limits())
+    let plan = Plan::new(&renderer.pack(&scene, &used), &used, &renderer.device().limits())
         .map_err(RenderError::from)?;
     if let Some(path) = &args.trace {
         renderer.keep_submits(true);

@@ -13,8 +13,7 @@ use serde::Serialize;
 pub struct KernelRow {
     /// Its name.
     pub kernel: &'static str,
-    /// Which compiled form: `f32`, `f64`, `few` (shapes as constants) or `packet` (the
-    /// rays of a subgroup walk the hierarchy together).
+    /// Which compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup look for hits together).
     pub form: &'static str,
     /// Dispatches in one batch.
     pub launches: u64,
@@ -55,12 +54,11 @@ pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
 }
 
 fn form(code: &KernelCode, plan: &Plan, settings: &Settings) -> &'static str {
-    // Kernels that test no shapes have two forms only.
-    let tests_shapes = code.few.0 != code.single.0;
-    match (settings.precision, tests_shapes, plan.specialisation.lanes) {
+    // Kernels that test no shapes have no such form, those that count by subgroups no other.
+    let has_packet = code.packet.0 != code.single.0 || code.double.0 == code.single.0;
+    match (settings.precision, has_packet, plan.specialisation.lanes) {
         (Precision::Double, ..) => "f64",
         (_, false, _) | (_, _, 0) => "f32",
-        _ if plan.specialisation.few_known != 0 => "few",
         _ => "packet",
     }
 }
@@ -110,7 +108,6 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
         ("loose_triangles", s.loose_triangles, Some(0), "few triangles: outside the hierarchy".into()),
         ("loose_spheres", s.loose_spheres, Some(0), "few spheres: outside the hierarchy".into()),
         ("fused", s.fused, Some(0), "one kernel for the stages that work on a ray alone".into()),
-        ("few_known", s.few_known, Some(0), "shapes are constants: no loads in their tests".into()),
     ];
     rows.into_iter().map(|(name, value, general, why)| Constant { name, value, general, why }).collect()
 }

@@ -181,10 +181,10 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
-    /// The scene as this device's kernels need it, for an image or (`survey`) for listed pixels.
-    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
+    /// The scene as this device's kernels need it.
+    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings) -> Packed {
         let limits = self.device.limits();
-        let max = plan::brute_force_max(self.brute_force, settings, &limits, survey);
+        let max = plan::brute_force_max(self.brute_force, settings, &limits);
         pack_forms(scene, settings, max, limits.forms(settings))
     }
 
@@ -241,7 +241,7 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings);
         let settings = &settings;
         self.check_precision(settings)?;
-        let packed = self.pack(scene, settings, false);
+        let packed = self.pack(scene, settings);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let device = self.device.info();
         let identity = || Identity::new(&device, &packed, scene, settings);

@@ -76,7 +76,7 @@ impl Share {
         let start = Instant::now();
         let (settings, _) = renderer.trusted(settings);
         renderer.check_precision(&settings)?;
-        let packed = renderer.pack(scene, &settings, false);
+        let packed = renderer.pack(scene, &settings);
         let plan = Plan::new(&packed, &settings, &renderer.device.limits())?;
         let built = start.elapsed();
         let start = Instant::now();

@@ -56,7 +56,7 @@ impl Survey {
         let settings = Settings { samples: u32::MAX, crop: None, ..settings.clone() };
         let (settings, warnings) = renderer.trusted(&settings);
         renderer.check_precision(&settings)?;
-        let packed = renderer.pack(scene, &settings, true);
+        let packed = renderer.pack(scene, &settings);
         let plan = Plan::survey(&packed, &settings, &renderer.device.limits())?;
         let built = start.elapsed();
         let start = Instant::now();

@@ -60,11 +60,8 @@ pub struct Twins {
 
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let packed = pack(
-            scene,
-            settings,
-            plan::brute_force_max(self.brute_force, settings, &Limits::LAVAPIPE, false),
-        );
+        let max = plan::brute_force_max(self.brute_force, settings, &Limits::LAVAPIPE);
+        let packed = pack(scene, settings, max);
         let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
         let (linear, counts) = twin::render(&packed, scene, settings, &plan)
             .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
