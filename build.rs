@@ -1,10 +1,10 @@
-//! Compiles `glsl/*.comp` to SPIR-V, checks it against `src/abi.rs`, and writes the typed kernel
+//! Compiles `glsl/*.comp` to SPIR-V, checks it against `src/kernel/abi.rs`, and writes the typed kernel
 //! table `kernels.rs`.
 
-#[path = "src/abi.rs"]
+#[path = "src/kernel/abi.rs"]
 #[allow(dead_code, unused_imports)]
 mod abi;
-#[path = "src/spirv.rs"]
+#[path = "src/kernel/spirv.rs"]
 #[allow(dead_code)]
 mod spirv;
 
@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
 fn main() {
-    println!("cargo:rerun-if-changed=src/abi.rs");
-    println!("cargo:rerun-if-changed=src/spirv.rs");
+    println!("cargo:rerun-if-changed=src/kernel/abi.rs");
+    println!("cargo:rerun-if-changed=src/kernel/spirv.rs");
     println!("cargo:rerun-if-changed=glsl");
     println!("cargo:rerun-if-changed=glsl/lib");
     // The log of HEAD grows with every commit, HEAD itself only changes with the branch.

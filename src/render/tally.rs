@@ -1,10 +1,10 @@
 //! What a render counts and times, tile by tile, and the report made of it.
 
-use crate::abi;
-use crate::kernels::Kernel;
-use crate::pack::Packed;
-use crate::passes::Size;
+use crate::kernel::abi;
+use crate::kernel::table::Kernel;
 use crate::plan::Plan;
+use crate::plan::passes::Size;
+use crate::prepare::Packed;
 use crate::report::{
     Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo,
 };
@@ -83,7 +83,7 @@ impl Tally {
                     scale_log2: packed.frame.scale_log2,
                 },
             },
-            settings: settings_info(settings),
+            settings: SettingsInfo::of(settings),
             plan: PlanInfo {
                 features: plan.features.iter().map(|f| (*f).to_owned()).collect(),
                 bytes: plan.bytes(),
@@ -114,7 +114,7 @@ impl Tally {
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {
-            let pass = crate::passes::all().nth(*place).expect("a place is a row of the frame");
+            let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the frame");
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
                 Size::Rays => at,
@@ -134,26 +134,9 @@ impl Tally {
     }
 }
 
-/// The settings as the report names them.
-pub(crate) fn settings_info(settings: &Settings) -> SettingsInfo {
-    SettingsInfo {
-        width: settings.width,
-        height: settings.height,
-        samples: settings.samples,
-        depth: settings.depth,
-        cutoff: settings.cutoff,
-        sampler: settings.sampler.name().into(),
-        replicates: settings.replicates,
-        precision: settings.precision.name().into(),
-        seed: settings.seed,
-        origin: settings.origin.name(),
-        crop: settings.crop,
-    }
-}
-
 /// Position of a kernel in the frame.
 fn frame_place(kernel: Kernel) -> usize {
-    crate::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
+    crate::plan::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
 }
 
 /// Prologue, depths, epilogue.
