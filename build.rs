@@ -47,7 +47,7 @@ fn compile_all() -> Result<(), String> {
     compile_set(&out, true)
 }
 
-/// Kernels in which subgroups count together: of devices on which these work together, so in two forms alone.
+/// Kernels in which subgroups count together: in the form `packet` alone.
 const JOINED: [&str; 2] = ["place", "trace"];
 
 /// Compiles all kernels into `out`, as they are or with every planted mistake to choose from.
@@ -69,13 +69,13 @@ fn compile_set(out: &Path, planted: bool) -> Result<(), String> {
         let mut accesses = Vec::new();
         let mut files = Vec::new();
         let mut texels = 0u64;
-        // Kernels that test shapes have two forms more: a small scene's shapes as constants, and packets.
+        // Kernels that test shapes have one form more, in which the lanes of a subgroup work together.
         let source = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let traces = source.contains("traverse/traverse.glsl");
-        let more = ["few", "packet"].map(|form| (form, "float", "vec3", abi::single::STRUCTS));
+        let packet = ("packet", "float", "vec3", abi::single::STRUCTS);
         let joined = JOINED.contains(&name);
         let forms =
-            precisions.into_iter().filter(|_| !joined).chain(more.into_iter().filter(|_| traces || joined));
+            precisions.into_iter().filter(|_| !joined).chain(Some(packet).filter(|_| traces || joined));
         for (suffix, real, real3, structs) in forms {
             let words = compile(&compiler, path, &abi_glsl(real, real3, structs, suffix), planted)?;
             let module = spirv::read(&words).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -95,13 +95,12 @@ fn compile_set(out: &Path, planted: bool) -> Result<(), String> {
         if texels & !reads != 0 {
             return Err(format!("{name}: a texel view of a buffer that it does not read"));
         }
-        let of = if joined { [1, 1, 0, 1] } else { [0, 1, 2, 3] };
-        let [single, double, few, packet] = of.map(|i| files.get(i).unwrap_or(&files[0]));
+        let [single, double, packet] = [0, 1, 2].map(|i| files.get(i).unwrap_or(&files[0]));
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(
             table,
-            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), few: Spirv(include_bytes!({few:?})), packet: Spirv(include_bytes!({packet:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
+            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), packet: Spirv(include_bytes!({packet:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
         );
     }
     let mut source = format!(
@@ -126,14 +125,11 @@ fn camel(name: &str) -> String {
 /// The shared declarations as GLSL, with macros READS(x), WRITES(x), UPDATES(x) that declare buffer x.
 fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct], form: &str) -> String {
     let mut text = String::new();
-    if ["few", "packet"].contains(&form) {
+    if form == "packet" {
         for extension in ["basic", "shuffle"] {
             let _ = writeln!(text, "#extension GL_KHR_shader_subgroup_{extension} : require");
         }
         text.push_str("#define LANES\n");
-    }
-    if form == "packet" {
-        text.push_str("#define PACKETS\n");
     }
     let _ =
         writeln!(text, "#define real {real}\n#define real3 {real3}\n#define REAL_IS_{}", real.to_uppercase());
@@ -160,23 +156,6 @@ fn abi_glsl(real: &str, real3: &str, structs: &[abi::GpuStruct], form: &str) -> 
         text,
         "#define TEXELS(x) layout(set = 0, binding = TEXELS_AT + BINDING_##x) uniform usamplerBuffer x##_texels;"
     );
-    if form == "few" {
-        let names: Vec<String> = (0..abi::FEW_WORDS).map(|i| format!("few_{i}")).collect();
-        for (i, name) in names.iter().enumerate() {
-            let _ = writeln!(
-                text,
-                "layout(constant_id = {}) const float {name} = 0.0;",
-                abi::FEW_AT as usize + i
-            );
-        }
-        // Row by row, without an array: drivers take long to see through one of constants.
-        let vector = |at: usize| format!("vec3({})", names[at..at + 3].join(", "));
-        let rows = (0..abi::UNROLL_MAX as usize).map(|i| {
-            let at = i * abi::FEW_ROW as usize;
-            format!("X({i}u, {}, {}, {})", vector(at), vector(at + 3), vector(at + 6))
-        });
-        let _ = writeln!(text, "#define EACH_FEW(X) {}", rows.collect::<Vec<_>>().join(" "));
-    }
     text.push_str("layout(scalar, push_constant) uniform push_block { Push push; };\n");
     text
 }

@@ -44,7 +44,6 @@ fn check(
 
 fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
     let device: Rc<Device> = device();
-    // Packets are for hierarchies, where lanes can shuffle.
     let lanes = [0, device.limits().shuffle_lanes];
     for ((name, variant), lanes) in variants().into_iter().flat_map(|v| lanes.map(|l| (v, l))) {
         let with_lanes = |mut state: State| {
@@ -55,7 +54,7 @@ fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &Sta
         };
         // One for all seeds: compiling takes longer than running.
         let first = with_lanes(State::new(variant, 0));
-        if lanes != 0 && (first.spec.use_bvh == 0 || !matches!(lanes, 4 | 8)) {
+        if !matches!(lanes, 0 | 4 | 8) {
             continue;
         }
         let mut bench = Bench::new(&device, &first.spec, &first.memory);
@@ -117,37 +116,6 @@ fn packets_read_compressed_nodes() {
     let found = bench.download(&memory);
     let hits = |m: &Memory| m.hits[..state.count()].iter().filter(|h| h.primitive != NONE).count();
     assert!(hits(&found) < hits(&twin), "{} of {}", hits(&found), hits(&twin));
-}
-
-/// A state whose shapes are constants of the kernels: one compilation each.
-fn known_shapes(device: &Device) -> State {
-    let mut state = State::new(variants()[0].1, 4);
-    let m = &state.memory;
-    let corners = m.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
-    let spheres = m.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
-    for (row, numbers) in
-        state.spec.few.chunks_mut(whitted::kernel::abi::FEW_ROW as usize).zip(corners.chain(spheres))
-    {
-        row.iter_mut().zip(numbers).for_each(|(word, x)| *word = x.to_bits());
-    }
-    (state.spec.few_known, state.spec.fused, state.spec.texels) = (1, 1, 1);
-    state.spec.lanes = device.limits().shuffle_lanes;
-    state
-}
-
-#[test]
-fn intersect_known_shapes() {
-    let device: Rc<Device> = device();
-    let state = known_shapes(&device);
-    let mut bench = Bench::new(&device, &state.spec, &state.memory);
-    let twin = check(&mut bench, &state, &state.memory, Kernel::Intersect, &state.push(), "known shapes");
-    assert!(twin.hits[..state.count()].iter().any(|h| h.primitive != NONE));
-    // Shapes of another scene must show.
-    let other = Specialisation { few: state.spec.few.map(|w| w ^ 0x8000_0000), ..state.spec };
-    let mut bench = Bench::new(&device, &other, &state.memory);
-    bench.upload(&state.memory);
-    bench.run(Kernel::Intersect, &state.push(), state.push().items);
-    assert!(!differences(&twin, &bench.download(&state.memory)).is_empty(), "the constants change nothing");
 }
 
 #[test]
@@ -312,14 +280,6 @@ fn place() {
         }
     });
     assert!(children > 1000, "only {children} children");
-}
-
-#[test]
-fn trace_known_shapes() {
-    let device: Rc<Device> = device();
-    let state = known_shapes(&device);
-    let mut bench = Bench::new(&device, &state.spec, &state.memory);
-    check_trace(&mut bench, &state, &mut Rng::new(7), "known shapes");
 }
 
 #[test]

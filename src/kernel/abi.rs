@@ -523,10 +523,6 @@ constants! {
     INNER_CA = 2;
     /// Binding of a buffer's texel view = this + the buffer's own.
     TEXELS_AT = 40;
-    /// Numbers of a primitive among the constants of a small scene: a triangle's corners, or a sphere.
-    FEW_ROW = 9;
-    /// Id of the first of them, UNROLL_MAX * FEW_ROW in all.
-    FEW_AT = 32;
     /// Numbers per item of `self_test`.
     SELF_TEST_ROW = 11;
     /// Length of `counters`.
@@ -542,28 +538,21 @@ constants! {
     SAMPLER_OWEN = 2;
 }
 
-/// Numbers of a small scene's shapes.
-pub const FEW_WORDS: usize = (UNROLL_MAX * FEW_ROW) as usize;
-
 macro_rules! specialisation {
     ($($(#[$meta:meta])* $name:ident: $default:expr;)*) => {
         /// Specialisation constants, in order of their ids (0 is the workgroup size).
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub struct Specialisation {
             $($(#[$meta])* pub $name: u32,)*
-            /// The shapes outside a hierarchy, bits of f32, where `few_known`: FEW_ROW of each primitive.
-            pub few: [u32; FEW_WORDS],
         }
         impl Specialisation {
             /// Ids and values.
             pub fn values(&self) -> Vec<(u32, u32)> {
-                let named = [$(self.$name,)*].into_iter().enumerate().map(|(i, v)| (i as u32, v));
-                let few = if self.few_known != 0 { &self.few[..] } else { &[] };
-                named.chain(few.iter().enumerate().map(|(i, v)| (FEW_AT + i as u32, *v))).collect()
+                (0..).zip([$(self.$name,)*]).collect()
             }
         }
         impl Default for Specialisation {
-            fn default() -> Self { Specialisation { $($name: $default,)* few: [0; FEW_WORDS] } }
+            fn default() -> Self { Specialisation { $($name: $default,)* } }
         }
         /// Names and defaults in id order.
         pub const SPECIALISATION: &[(&str, u32)] = &[$((stringify!($name), $default),)*];
@@ -612,8 +601,6 @@ specialisation! {
     loose_triangles: 0;
     /// 1: the spheres are few and outside the hierarchy.
     loose_spheres: 0;
-    /// 1: `few` holds the scene's shapes, so that the kernels are compiled for them.
-    few_known: 0;
     /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
 }

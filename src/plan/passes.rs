@@ -120,7 +120,11 @@ pub const PER_DEPTH: &[Pass] = &[
     },
     Pass {
         kernel: Kernel::Trace,
-        reads: shapes![
+        reads: &[
+            Triangles,
+            Spheres,
+            WideSpheres,
+            CompressedNodes,
             Camera,
             FlatNormals,
             CornerNormals,
@@ -136,7 +140,7 @@ pub const PER_DEPTH: &[Pass] = &[
             SampleRadiance,
             Paths,
             DepthCounts,
-            Counters
+            Counters,
         ],
         writes: &[NextRays, NextMedia, ChildMasks, Contributions, SampleRadiance, Paths, DepthCounts, Counters],
         size: Size::Rays,

@@ -68,7 +68,7 @@ impl PlannedScene {
         forms: Forms,
     ) -> PlannedScene {
         let survey = purpose == Purpose::Survey;
-        let most = brute_force_max(brute_force, settings, limits, survey);
+        let most = brute_force_max(brute_force, settings, limits);
         let packed = pack_by(recipe, scene, settings, most, forms);
         let plan = Plan::build(&packed, settings, limits, survey);
         PlannedScene { packed, settings: settings.clone(), limits: *limits, plan }

@@ -170,8 +170,6 @@ pub struct PlanInfo {
     pub tiles: u64,
     /// Batches of samples over all tiles.
     pub batches: u64,
-    /// Whether the scene's shapes were constants of the kernels.
-    pub known_shapes: bool,
 }
 
 /// Where the time went, seconds.

@@ -58,8 +58,6 @@ features! {
     Storage, "storage", "loads from storage buffers instead of texel views";
     /// Runs one kernel per stage instead of the fused kernel.
     SplitKernels, "split-kernels", "one kernel per stage instead of the fused kernel";
-    /// Loads shapes from buffers instead of compiling them in as constants.
-    LoadedShapes, "loaded-shapes", "shapes in buffers instead of constants";
 }
 
 impl fmt::Display for Feature {

@@ -49,7 +49,7 @@
     x##_stored[4u * i + 3u] = d; \
 }
 
-#ifdef PACKETS
+#ifdef LANES
 #define FETCHES_NODES FETCHES_1(compressed_nodes)
 #else
 #define FETCHES_NODES FETCHES_7(nodes)

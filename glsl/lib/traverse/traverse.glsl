@@ -102,53 +102,23 @@ void test_sphere(uint primitive, TraceRay r, inout Best best) {
     try_sphere(load_spheres(primitive - triangle_count), primitive, true, r, best);
 }
 
-// Two of the forms that a kernel is compiled in settle what the third leaves to specialisation.
-#if defined(PACKETS)
-const bool by_tree = true;
-#elif defined(EACH_FEW)
-const bool by_tree = false;
-#else
 const bool by_tree = use_bvh != 0u;
-#endif
-
-#ifdef EACH_FEW
-const bool shapes_are_constants = true;
-#else
-const bool shapes_are_constants = false;
-#endif
 
 // What is tested one by one: everything, or the kind of which there are few.
 const uint few_triangles = !by_tree || loose_triangles != 0u ? triangle_count : 0u;
 const uint few_spheres = !by_tree || loose_spheres != 0u ? sphere_count : 0u;
 
-// False only where `take_hit` takes nothing below the limit: it confines a hit to the box.
-bool may_reach(real3 lo, real3 hi, TraceRay r, real limit) {
-    real near, far;
-    box_interval(lo, hi, r.origin, r.inverse, near, far);
-    return near < limit || robust == 0u;
-}
-
-uint filter_triangle(uint i, real3 a, real3 b, real3 c, TraceRay r, bool any, real limit) {
+uint filter_triangle(uint i, TraceRay r) {
     Triangle t;
-    t.a = a;
-    t.b = b;
-    t.c = c;
+    t.a = triangles[i].a;
+    t.b = triangles[i].b;
+    t.c = triangles[i].c;
     bool may = i != r.skip && may_hit_triangle(t, r.origin, r.shear);
-    if (shapes_are_constants && any) {
-        real3 lo, hi;
-        triangle_box(t, lo, hi);
-        may = may && may_reach(lo, hi, r, limit);
-    }
     return may ? 1u << i : 0u;
 }
 
-uint filter_sphere(uint i, Sphere s, TraceRay r, bool any, real limit) {
-    bool may = may_hit_sphere(s, r.origin, r.direction, triangle_count + i == r.skip);
-    if (shapes_are_constants && any) {
-        real3 lo, hi;
-        sphere_box(s, lo, hi);
-        may = may && (s.radius < 0.0 || may_reach(lo, hi, r, limit));
-    }
+uint filter_sphere(uint i, TraceRay r) {
+    bool may = may_hit_sphere(spheres[i], r.origin, r.direction, triangle_count + i == r.skip);
     return may ? 1u << (few_triangles + i) : 0u;
 }
 
@@ -158,19 +128,8 @@ uint filter_sphere(uint i, Sphere s, TraceRay r, bool any, real limit) {
 // (docs/design/decisions/005-brute-force-filter.md); a GPU does not diverge.
 void walk_few(TraceRay r, bool any, inout Best best) {
     uint candidates = 0u;
-#ifdef EACH_FEW
-    // Row and numbers are constants: where there is no such primitive, no code is left.
-#define FILTER(i, first, second, third) \
-    if (i < few_triangles) candidates |= filter_triangle(i, first, second, third, r, any, best.t); \
-    if (i >= few_triangles && i < few_triangles + few_spheres) \
-        candidates |= filter_sphere(i - few_triangles, Sphere(first, second.x, 0u, 0u, NONE, 0u), r, any, best.t);
-    EACH_FEW(FILTER)
-#else
-    [[unroll]] for (uint i = 0u; i < few_triangles; i++) {
-        candidates |= filter_triangle(i, triangles[i].a, triangles[i].b, triangles[i].c, r, any, best.t);
-    }
-    [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, spheres[i], r, any, best.t);
-#endif
+    [[unroll]] for (uint i = 0u; i < few_triangles; i++) candidates |= filter_triangle(i, r);
+    [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, r);
     const uint are_triangles = few_triangles < 32u ? (1u << few_triangles) - 1u : 0xffffffffu;
 #ifdef LANES
     // The lanes take each candidate of any of them together, so that one fetch serves all. Loops end in their
@@ -223,7 +182,7 @@ const bool tree_spheres = sphere_count != 0u && loose_spheres == 0u;
 // No node and no leaf: the end of a walk.
 const uint DONE = 0xffffffffu;
 
-#ifdef PACKETS
+#ifdef LANES
 #include "traverse/packet.glsl"
 #else
 // False only where the test of a primitive finds no hit.
@@ -334,7 +293,7 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
         walk_brute(r, any, best);
         return Hit(best.t, best.u, best.v, best.primitive);
     }
-#ifdef PACKETS
+#ifdef LANES
     test_loose(r, finite && limit > 0.0, any, best);
     walk_packet(r, finite && limit > 0.0 && !(any && best.primitive != NONE), any, best);
 #else

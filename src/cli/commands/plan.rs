@@ -101,12 +101,6 @@ fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure>
 
 /// Predicts the planned render from the report of another.
 fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
-    if report.plan.known_shapes != (plan.specialisation.few_known != 0) {
-        let (then, now) = if report.plan.known_shapes { ("", "does not") } else { ("not ", "does") };
-        return Err(Unpredictable(format!(
-            "the reported render did {then}compile its shapes into the kernels, this one {now}"
-        )));
-    }
     predict(&Model::of_report(report)?, plan, settings)
 }
 

@@ -3,7 +3,7 @@
 mod variant;
 
 use super::tiles::tiles;
-use super::{BRUTE_FORCE_MAX, HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
+use super::{HEAP_EIGHTHS, Limits, Plan, element_bytes};
 use crate::kernel::abi::{self, Buf};
 use crate::prepare::Packed;
 use crate::report::explain::{BufferRow, FeatureRow, LimitInfo, Outline, Planned, ReachInfo, SearchInfo};
@@ -39,7 +39,7 @@ pub fn explain(
             why: reach.words(settings.depth, settings.cutoff),
         },
         search: search(packed),
-        plan: plan.map(|p| planned(packed, settings, limits, p)),
+        plan: plan.map(|p| planned(settings, limits, p)),
         limits: LimitInfo {
             one_buffer: limits.storage_range,
             heap: limits.heap,
@@ -117,7 +117,7 @@ fn search(packed: &Packed) -> SearchInfo {
     }
 }
 
-fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
+fn planned(settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
     let [x0, y0, x1, y1] = settings.region();
     let tiles = tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
     let per_tile = u64::from(settings.samples.div_ceil(plan.batch_samples.max(1)));
@@ -147,8 +147,6 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         dispatches: kernels.iter().map(|k| k.launches).sum(),
         kernels,
         constants: variant::constants(plan),
-        known_shapes: plan.specialisation.few_known != 0,
-        known_shapes_why: known_shapes(packed, settings, limits, plan),
         texels: plan.specialisation.texels != 0,
         texels_why: texels(settings, limits, plan).into(),
         capacity: plan.capacity,
@@ -161,26 +159,6 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         batches: tiles * per_tile,
         buffers,
         bytes: plan.bytes(),
-    }
-}
-
-fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> String {
-    let [x0, y0, x1, y1] = settings.region();
-    let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(settings.samples);
-    let (have, needed) = (grouped(samples), grouped(KNOWN_SAMPLES));
-    if plan.specialisation.few_known != 0 {
-        return format!("{have} samples; compiling kernels for this scene pays off from {needed} on");
-    }
-    if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
-        "there are too many".into()
-    } else if settings.precision == Precision::Double {
-        "not available in f64".into()
-    } else if !limits.is_cpu {
-        "not faster on a GPU".into()
-    } else if samples < KNOWN_SAMPLES {
-        format!("{have} samples; compiling kernels for this scene pays off from {needed} on")
-    } else {
-        "switched off".into()
     }
 }
 

@@ -23,12 +23,11 @@ pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
 }
 
 fn form(code: &KernelCode, plan: &Plan, settings: &Settings) -> &'static str {
-    // Kernels that do not test shapes have two forms only.
-    let tests_shapes = code.few.0 != code.single.0;
-    match (settings.precision, tests_shapes, plan.specialisation.lanes) {
+    // Kernels that test no shapes have no such form, those that count by subgroups no other.
+    let has_packet = code.packet.0 != code.single.0 || code.double.0 == code.single.0;
+    match (settings.precision, has_packet, plan.specialisation.lanes) {
         (Precision::Double, ..) => "f64",
         (_, false, _) | (_, _, 0) => "f32",
-        _ if plan.specialisation.few_known != 0 => "few",
         _ => "packet",
     }
 }
@@ -78,7 +77,6 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
         ("loose_triangles", s.loose_triangles, Some(0), "the few triangles are outside the hierarchy".into()),
         ("loose_spheres", s.loose_spheres, Some(0), "the few spheres are outside the hierarchy".into()),
         ("fused", s.fused, Some(0), "one fused kernel for the stages that handle a ray by itself".into()),
-        ("few_known", s.few_known, Some(0), "shapes are constants: their tests load nothing".into()),
     ];
     rows.into_iter().map(|(name, value, general, why)| Constant { name, value, general, why }).collect()
 }

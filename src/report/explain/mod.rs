@@ -85,10 +85,6 @@ pub struct Planned {
     pub kernels: Vec<KernelRow>,
     /// Specialisation constants that remove or add code.
     pub constants: Vec<Constant>,
-    /// True if shapes are compiled into the kernels as constants.
-    pub known_shapes: bool,
-    /// Reason for `known_shapes`.
-    pub known_shapes_why: String,
     /// True if kernels read the scene through texel views.
     pub texels: bool,
     /// Reason for `texels`.
@@ -153,8 +149,7 @@ pub struct Refused {
 pub struct KernelRow {
     /// Its name.
     pub kernel: &'static str,
-    /// Compiled form: `f32`, `f64`, `few` (shapes as constants) or `packet` (the rays of a subgroup traverse
-    /// the hierarchy together).
+    /// Compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup traverse the scene together).
     pub form: &'static str,
     /// Dispatches in one batch.
     pub launches: u64,

@@ -74,7 +74,6 @@ fn kernels(p: &Planned) -> String {
         .collect();
     let yes = |on: bool| if on { "yes" } else { "no" };
     let mut text = format!("kernels per batch: {}\n", run.join(", "));
-    text += &format!("shapes as constants: {}; {}\n", yes(p.known_shapes), p.known_shapes_why);
     text += &format!("texel views: {}; {}\n\n", yes(p.texels), p.texels_why);
     let mut table = Table::new(&[
         ("constant", Align::Left),
