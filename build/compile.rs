@@ -1,0 +1,79 @@
+//! Compiles the kernels with shaderc, marks their arithmetic, and optimises them with `spirv-opt`.
+
+use crate::pack::Compiled;
+use crate::sources::{OPTIMISER, Source, abi_glsl};
+use crate::{spirv, text_of};
+use std::path::Path;
+use std::{env, fs, process};
+
+/// Compiles every form of every kernel. Modules are read before the optimiser takes their names away.
+pub fn all(kernels: &[Source]) -> Result<Vec<Compiled>, String> {
+    let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc: {e}"))?;
+    let mut compiled = Vec::new();
+    for kernel in kernels {
+        for form in kernel.forms() {
+            let plain = compile(&compiler, kernel, &abi_glsl(form))?;
+            let module = spirv::read(&plain).map_err(|e| format!("{}: {e}", kernel.path.display()))?;
+            let words = optimise(&plain)?;
+            compiled.push(Compiled {
+                kernel: kernel.name.clone(),
+                form: form.name.to_owned(),
+                module,
+                words,
+            });
+        }
+    }
+    Ok(compiled)
+}
+
+/// Versions of what makes the bytes: equal tools and equal sources give equal kernels.
+pub fn tools() -> String {
+    let spirv = shaderc::get_spirv_version();
+    let optimiser = process::Command::new("spirv-opt").arg("--version").output().ok();
+    let optimiser = optimiser.and_then(|out| String::from_utf8(out.stdout).ok());
+    let version = optimiser.as_deref().and_then(|text| text.lines().next()).unwrap_or("no spirv-opt");
+    format!("SPIR-V {}.{}, {}", spirv.0, spirv.1, version.trim())
+}
+
+fn compile(compiler: &shaderc::Compiler, kernel: &Source, abi_glsl: &str) -> Result<Vec<u32>, String> {
+    let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
+    options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
+    options.set_warnings_as_errors();
+    // Names of structs and members survive only with debug information; the layout check needs them.
+    options.set_generate_debug_info();
+    options.set_optimization_level(shaderc::OptimizationLevel::Zero);
+    options.set_include_callback(|requested, _, _, _| {
+        if requested == "abi.glsl" {
+            return Ok(shaderc::ResolvedInclude {
+                resolved_name: requested.into(),
+                content: abi_glsl.into(),
+            });
+        }
+        let file = Path::new("glsl/lib").join(requested);
+        Ok(shaderc::ResolvedInclude { resolved_name: file.display().to_string(), content: text_of(&file)? })
+    });
+    let path = kernel.path.display().to_string();
+    let artifact = compiler
+        .compile_into_spirv(&kernel.text, shaderc::ShaderKind::Compute, &path, "main", Some(&options))
+        .map_err(|e| e.to_string())?;
+    Ok(spirv::forbid_contraction(artifact.as_binary()))
+}
+
+/// Inlines and folds what can be folded before specialisation: drivers take a third of the time over such a
+/// kernel. Without `spirv-opt` the kernels stay as they are: slower to start, the same bits.
+fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
+    let file = Path::new(&env::var("OUT_DIR").map_err(|e| e.to_string())?).join("optimised.spv");
+    fs::write(&file, bytemuck::cast_slice(words)).map_err(|e| format!("{}: {e}", file.display()))?;
+    let run = process::Command::new("spirv-opt").args(OPTIMISER).arg("-o").args([&file, &file]).output();
+    match run {
+        Ok(out) if out.status.success() => {
+            let bytes = fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+            Ok(bytemuck::pod_collect_to_vec(&bytes))
+        }
+        Ok(out) => Err(format!("spirv-opt: {}", String::from_utf8_lossy(&out.stderr))),
+        Err(_) => {
+            println!("cargo:warning=no spirv-opt (package spirv-tools): programs will start slower");
+            Ok(words.to_vec())
+        }
+    }
+}
