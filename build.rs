@@ -1,14 +1,14 @@
-//! Turns `glsl/*.comp` into SPIR-V, checks it against `src/abi.rs`, and writes the typed kernel table
+//! Turns `glsl/*.comp` into SPIR-V, checks it against `src/kernel/abi.rs`, and writes the typed kernel table
 //! `kernels.rs`.
 //!
 //! shaderc compiles the kernels where `--cfg whitted_shaderc` says that libshaderc can be linked, which
 //! `./whitted.sh setup` writes into `.cargo/config.toml`. Elsewhere the kernels are those of
 //! `glsl/kernels.pack`, provided that it was made from these sources.
 
-#[path = "src/abi.rs"]
+#[path = "src/kernel/abi.rs"]
 #[allow(dead_code, unused_imports)]
 mod abi;
-#[path = "src/spirv.rs"]
+#[path = "src/kernel/spirv.rs"]
 #[allow(dead_code)]
 mod spirv;
 #[cfg(whitted_shaderc)]
@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
 fn main() {
-    for path in ["src/abi.rs", "src/spirv.rs", "glsl", "build"] {
+    for path in ["src/kernel/abi.rs", "src/kernel/spirv.rs", "glsl", "build"] {
         println!("cargo:rerun-if-changed={path}");
     }
     // The log of HEAD grows with every commit, HEAD itself only changes with the branch.
@@ -73,7 +73,7 @@ fn kernels(_: &Path, _: &[sources::Source], digest: &str) -> Result<Vec<Compiled
         return Ok(pack.kernels);
     }
     Err(format!(
-        "The kernels' sources (glsl, src/abi.rs) have changed since {} was made, so it cannot stand for them.\n\
+        "The kernels' sources (glsl, src/kernel/abi.rs) have changed since {} was made, so it cannot stand for them.\n\
          Run `./whitted.sh setup` once: the build then compiles the sources itself, with shaderc.",
         pack::FILE
     ))

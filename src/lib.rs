@@ -1,53 +1,30 @@
 //! `whitted`: a Whitted (1980) ray tracer as raw Vulkan compute.
 //!
 //! ```text
-//! scene text, OBJ ─ scene ─▶ Scene ─ frame, bvh, pack ─▶ flat arrays ─ plan ─▶ queues, tiles, batches
-//! plan ─ passes ─▶ generate, per depth { intersect, shade, scan, spawn, shadow, gather }, resolve
-//! passes ─ vk ─▶ recorded, submitted, timed ─ render ─▶ image + report
-//! cpu: the kernels' twins and the oracle that judges them
+//! scene text, OBJ ─ scene ─▶ Scene ─ prepare ─▶ flat arrays ─ plan ─▶ queues, tiles, batches
+//! plan ─▶ generate, per depth { intersect, shade, scan, spawn, shadow, gather }, resolve
+//! vk ─▶ recorded, submitted, timed ─ render ─▶ image + report
 //! ```
 //!
-//! The modules below are in reading order.
+//! The rooms below stand from the bottom up: a room uses those above it in this list, never those below.
 #![deny(unsafe_code)]
 
-pub mod abi;
-pub mod spirv;
-pub mod kernels;
-pub mod scene;
-pub mod generate;
-pub mod frame;
-pub mod inside;
-pub mod bvh;
-pub mod coincident;
-pub mod found;
-pub mod pack;
-pub mod defect;
-pub mod general;
-pub mod reach;
-pub mod settings;
-pub mod plan;
-pub mod passes;
-pub mod traffic;
-pub mod vk;
-pub mod render;
-pub mod selftest;
-pub mod probe;
-pub mod report;
-pub mod predict;
-pub mod outline;
-pub mod receipt;
-pub mod timeline;
-pub mod sampler;
-pub mod cpu;
-mod plot;
-pub mod stress;
-pub mod measure;
-pub mod image;
 pub mod atomic_file;
+pub mod cache_folder;
+pub mod stats;
 pub mod units;
-pub mod table;
-pub mod profile;
-pub mod progress;
-pub mod gallery;
+
+pub mod scene;
+pub mod kernel;
+pub mod settings;
+pub mod prepare;
+pub mod report;
+pub mod plan;
+pub mod vk;
+pub mod image;
+pub mod compare;
+pub mod render;
+pub mod accuracy;
+pub mod reference;
+pub mod lab;
 pub mod cli;
-pub mod commands;

@@ -4,8 +4,9 @@ use clap::Parser;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::time::Instant;
-use whitted::cli::Cli;
-use whitted::commands::{self, failure::Failure};
+use whitted::cli::args::Cli;
+use whitted::cli::commands;
+use whitted::cli::failure::Failure;
 
 fn main() -> ExitCode {
     let started = Instant::now();

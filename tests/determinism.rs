@@ -8,11 +8,11 @@ mod common;
 use common::{render, renderer, scenes, small};
 use std::path::Path;
 use std::process::Command;
-use whitted::general::{Feature, General};
 use whitted::image::linear_sha256;
 use whitted::render::Rendered;
 use whitted::report::Report;
 use whitted::scene::{Scene, Sphere};
+use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{Hierarchy, Schedule, Settings};
 
 /// Scenes that between them have every feature.

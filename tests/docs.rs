@@ -5,11 +5,11 @@ use clap::CommandFactory;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use whitted::abi::{self, Buf};
-use whitted::cli::Cli;
-use whitted::kernels::KERNELS;
-use whitted::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
+use whitted::cli::args::Cli;
+use whitted::kernel::abi::{self, Buf};
+use whitted::kernel::table::KERNELS;
 use whitted::plan::element_bytes;
+use whitted::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
 use whitted::settings::Precision;
 
 fn path(name: &str) -> PathBuf {
@@ -110,7 +110,7 @@ fn the_buffer_table_is_the_codes() {
     let bytes = |element: &str| element_bytes(element, Precision::Robust);
     let double = |element: &str| element_bytes(element, Precision::Double);
     // The comment above a buffer's line in abi.rs says what it holds.
-    let source = read("src/abi.rs");
+    let source = read("src/kernel/abi.rs");
     let comment = |name: &str| {
         let lines: Vec<&str> = source.lines().collect();
         let at =

@@ -7,13 +7,13 @@
 mod common;
 
 use common::{render, renderer, scenes, small};
-use whitted::abi::Specialisation;
-use whitted::cpu::twin;
-use whitted::defect::Defect;
-use whitted::general::{Feature, General};
+use whitted::kernel::abi::Specialisation;
+use whitted::lab::receipt::differing;
 use whitted::plan::{Limits, Plan, pack_for};
-use whitted::receipt::differing;
+use whitted::reference::twin;
 use whitted::scene::{self, Scene};
+use whitted::settings::defect::Defect;
+use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{Schedule, Settings};
 
 /// Settings with `general` switched on.

@@ -14,13 +14,13 @@ mod state;
 use common::{Bench, Rng, assert_same, device, differences, queue_of, spoil};
 use state::{State, variants};
 use std::rc::Rc;
-use whitted::abi::{
+use whitted::kernel::abi::{
     BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, Contribution,
     DEFECT_MOELLER_TRUMBORE, DEFECT_NAIVE_QUADRATIC, DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE,
     FRESNEL_CONSTANT, Film, NONE, Push, Specialisation,
 };
-use whitted::cpu::twin::single::Memory;
-use whitted::kernels::Kernel;
+use whitted::kernel::table::Kernel;
+use whitted::reference::twin::single::Memory;
 use whitted::vk::Device;
 
 /// Uploads, runs on both sides, compares; the twin's result.
@@ -126,7 +126,7 @@ fn known_shapes(device: &Device) -> State {
     let corners = m.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
     let spheres = m.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
     for (row, numbers) in
-        state.spec.few.chunks_mut(whitted::abi::FEW_ROW as usize).zip(corners.chain(spheres))
+        state.spec.few.chunks_mut(whitted::kernel::abi::FEW_ROW as usize).zip(corners.chain(spheres))
     {
         row.iter_mut().zip(numbers).for_each(|(word, x)| *word = x.to_bits());
     }
@@ -202,7 +202,8 @@ fn scan() {
 
 /// Children of the whole queue.
 fn sum(memory: &Memory, spec: &Specialisation) -> u32 {
-    let groups = memory.offsets.iter().take_while(|o| **o != whitted::cpu::twin::single::POISON).count();
+    let groups =
+        memory.offsets.iter().take_while(|o| **o != whitted::reference::twin::single::POISON).count();
     match spec.fused {
         0 => memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum(),
         _ => {

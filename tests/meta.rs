@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
-use whitted::kernels::KERNELS;
-use whitted::passes;
+use whitted::kernel::table::KERNELS;
+use whitted::plan::passes;
 
 fn read(path: &str) -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
@@ -20,7 +20,7 @@ fn frame() -> impl Iterator<Item = &'static str> {
 #[test]
 fn every_kernel_has_a_twin() {
     for name in frame() {
-        let twin = read(&format!("src/cpu/twin/{name}.rs"));
+        let twin = read(&format!("src/reference/twin/{name}.rs"));
         assert!(twin.contains(&format!("glsl/{name}.comp")), "{name}: twin of what?");
         assert!(twin.contains(&format!("pub fn {name}(")), "{name}: no such function");
     }
@@ -37,11 +37,11 @@ fn every_library_file_has_a_twin() {
             "prelude" | "fetch" => {}
             // How a subgroup works together: the twins work alone and find the same.
             "lanes" => {}
-            "children" => assert!(read("src/cpu/twin/trace.rs").contains("glsl/lib/children.glsl")),
-            "packet" => assert!(read("src/cpu/twin/lib/trace.rs").contains("glsl/lib/packet.glsl")),
-            "sampler" => assert!(read("src/sampler.rs").contains("glsl/lib/sampler.glsl")),
+            "children" => assert!(read("src/reference/twin/trace.rs").contains("glsl/lib/children.glsl")),
+            "packet" => assert!(read("src/reference/twin/lib/trace.rs").contains("glsl/lib/packet.glsl")),
+            "sampler" => assert!(read("src/settings/sampler.rs").contains("glsl/lib/sampler.glsl")),
             _ => assert!(
-                read(&format!("src/cpu/twin/lib/{name}.rs")).contains(&format!("glsl/lib/{name}.glsl"))
+                read(&format!("src/reference/twin/lib/{name}.rs")).contains(&format!("glsl/lib/{name}.glsl"))
             ),
         }
     }
@@ -56,7 +56,7 @@ fn every_kernel_has_a_test() {
     // Outside the frame there is one, which has its own judge.
     let others: Vec<_> = KERNELS.iter().map(|k| k.name).filter(|name| frame().all(|f| f != *name)).collect();
     assert_eq!(others, ["selftest"]);
-    assert!(read("src/selftest.rs").contains("#[test]"), "selftest has no test");
+    assert!(read("src/render/self_test.rs").contains("#[test]"), "selftest has no test");
 }
 
 #[test]

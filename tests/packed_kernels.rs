@@ -4,8 +4,8 @@
 mod pack;
 
 use pack::Compiled;
-use whitted::kernels::KERNELS;
-use whitted::spirv;
+use whitted::kernel::table::KERNELS;
+use whitted::kernel::spirv;
 
 /// Where the build left its own pack; None where it had no shaderc and unpacked the kernels of the package.
 const MADE: Option<&str> = option_env!("WHITTED_KERNELS");
@@ -33,7 +33,7 @@ fn the_pack_is_what_the_sources_give() {
 }
 
 fn compiled() -> Vec<Compiled> {
-    let form = |k: &'static whitted::kernels::KernelCode, form: &str, code: whitted::kernels::Spirv| {
+    let form = |k: &'static whitted::kernel::table::KernelCode, form: &str, code: whitted::kernel::table::Spirv| {
         let words = code.words();
         let module = spirv::Module { contractible: 0, arithmetic: 0, ..spirv::read(&words).unwrap() };
         Compiled { kernel: k.name.into(), form: form.into(), module, words }

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 use std::time::{Duration, Instant};
-use whitted::measure::promise::{self, Kept, Known, Request, Target};
+use whitted::accuracy::promise::{self, Kept, Known, Request, Target};
 use whitted::render::{Observer, Quiet, Renderer, Survey};
 use whitted::scene::{self, Scene};
 use whitted::settings::{DeviceChoice, Schedule, Settings};

@@ -4,13 +4,13 @@
 mod common;
 
 use common::{renderer, scenes};
-use whitted::cpu::oracle::Oracle;
-use whitted::measure::calibrate::{Aim, BudgetTrial, Share, Sought, Truth, find};
-use whitted::measure::gathered::Gathered;
-use whitted::measure::limit::{RadianceLimit, radiance_limit};
-use whitted::measure::promise::{self, Known, Request, Target};
-use whitted::measure::sampling::Noise;
-use whitted::measure::truncation::hidden;
+use whitted::accuracy::pixel_sums::Gathered;
+use whitted::accuracy::promise::{self, Known, Request, Target};
+use whitted::accuracy::radiance_bound::{RadianceLimit, radiance_limit};
+use whitted::accuracy::sampling::Noise;
+use whitted::accuracy::truncation::hidden;
+use whitted::lab::calibrate::{Aim, BudgetTrial, Share, Sought, Truth, find};
+use whitted::reference::oracle::Oracle;
 use whitted::render::{Quiet, Renderer, Survey};
 use whitted::scene::Scene;
 use whitted::settings::{Precision, Settings};

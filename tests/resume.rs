@@ -4,8 +4,8 @@
 
 use std::path::Path;
 use whitted::render::{Observer, Quiet, RenderError, Rendered, Renderer, Unfinished};
-use whitted::sampler::Sampler;
 use whitted::scene::{self, Scene};
+use whitted::settings::sampler::Sampler;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 /// Lets so many submits through.

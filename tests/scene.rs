@@ -6,7 +6,7 @@ use clap::Parser;
 use glam::DVec3;
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
-use whitted::generate::{self, Shape, displaced_sphere, rotated_cube};
+use whitted::scene::procedural::{self, Shape, displaced_sphere, rotated_cube};
 use whitted::scene::{self, Fresnel, Scene, SceneError};
 
 const CAMERA: &str = "[camera]\nlook_from = [0, 5, 14]\nlook_at = [0, 5, 0]\n";
@@ -265,7 +265,7 @@ struct Line {
 /// Runs `generate` with `flags`, writing to `path`.
 fn generate(flags: &str, path: &Path) {
     let line = ["generate"].into_iter().chain(flags.split(' ')).chain(["-o", path.to_str().unwrap()]);
-    generate::run(&Line::try_parse_from(line).unwrap().shape).unwrap();
+    procedural::run(&Line::try_parse_from(line).unwrap().shape).unwrap();
 }
 
 #[test]
@@ -320,7 +320,7 @@ fn generate_refuses_what_it_cannot_write() {
     for name in ["missing/m.obj", "m.mtl"] {
         let path = folder.path().join(name);
         let line = ["generate", "rotated-cube", "-o", path.to_str().unwrap()];
-        assert!(generate::run(&Line::try_parse_from(line).unwrap().shape).is_err());
+        assert!(procedural::run(&Line::try_parse_from(line).unwrap().shape).is_err());
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

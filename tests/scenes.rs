@@ -3,14 +3,14 @@
 
 use glam::DVec3;
 use std::path::{Path, PathBuf};
-use whitted::cpu::oracle::Oracle;
-use whitted::defect::Defect;
-use whitted::measure::metrics::{edge_length, mismatch_bound};
+use whitted::compare::metrics::{edge_length, mismatch_bound};
+use whitted::lab::stress::moved;
+use whitted::reference::oracle::Oracle;
 use whitted::render::{Quiet, Renderer};
 use whitted::report::Counters;
 use whitted::scene::{self, Scene};
+use whitted::settings::defect::Defect;
 use whitted::settings::{DeviceChoice, Settings};
-use whitted::stress::moved;
 
 fn scenes() -> Vec<(PathBuf, Scene)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");

@@ -1,8 +1,8 @@
 //! The compiled kernels, as the build left them: no float operation may be contracted, nothing with
 //! unstated rounding is used. lavapipe contracts nothing, so a rendering could not show it.
 
-use whitted::kernels::KERNELS;
-use whitted::spirv::{forbid_contraction, read};
+use whitted::kernel::spirv::{forbid_contraction, read};
+use whitted::kernel::table::KERNELS;
 
 const OP_DECORATE: u32 = 71;
 const NO_CONTRACTION: u32 = 42;

@@ -1,9 +1,9 @@
 //! The extremes: every case passes on the device at every precision it is for, and fails when the
 //! mistake it guards against is put back.
 
+use whitted::lab::stress::{Harness, Tracer, Twins, cases};
 use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Precision};
-use whitted::stress::{Harness, Tracer, Twins, cases};
 
 fn renderer() -> Renderer {
     Renderer::new(&DeviceChoice::Cpu, false).expect("a Vulkan device")

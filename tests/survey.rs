@@ -2,7 +2,7 @@
 
 mod common;
 
-use whitted::measure::samples::{Mark, Traced};
+use whitted::render::samples::{Mark, Traced};
 use whitted::render::{Quiet, Renderer, Survey};
 use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Schedule, Settings};

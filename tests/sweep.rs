@@ -9,16 +9,16 @@ use std::fs;
 use std::io::BufReader;
 use std::path::Path;
 use std::rc::Rc;
-use whitted::cpu::oracle::Oracle;
-use whitted::defect::Defect;
-use whitted::measure::metrics::compare;
-use whitted::measure::sweep::axes::{Axis, grid};
-use whitted::measure::sweep::truth::{REPLICATES, Truth};
-use whitted::measure::sweep::{Plan, Record, SweepError, Watch, run};
+use whitted::compare::metrics::compare;
+use whitted::lab::sweep::axes::{Axis, grid};
+use whitted::lab::sweep::truth::{REPLICATES, Truth};
+use whitted::lab::sweep::{Plan, Record, SweepError, Watch, run};
+use whitted::reference::oracle::Oracle;
 use whitted::render::Observer;
-use whitted::sampler::Sampler;
 use whitted::scene::Scene;
 use whitted::settings::Settings;
+use whitted::settings::defect::Defect;
+use whitted::settings::sampler::Sampler;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 

@@ -7,10 +7,10 @@
 mod common;
 
 use common::{render, scenes, small};
-use whitted::abi::Buf;
-use whitted::general::{Feature, General};
-use whitted::kernels::Kernel;
+use whitted::kernel::abi::Buf;
+use whitted::kernel::table::Kernel;
 use whitted::render::Renderer;
+use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 fn validated() -> Renderer {

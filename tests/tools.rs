@@ -8,7 +8,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use std::fs;
 use tempfile::TempDir;
-use whitted::passes;
+use whitted::plan::passes;
 
 const GLASS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell_glass.toml");
 const SMALL: &[&str] =

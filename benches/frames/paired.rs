@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 use std::collections::BTreeMap;
-use whitted::measure::stats::{Quartiles, quartiles};
+use whitted::stats::{Quartiles, quartiles};
 
 /// What is known of one run.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
-use whitted::measure::metrics;
+use whitted::compare::metrics;
 use whitted::report::Report;
 
 /// Runs every case with `own` and `other`.

@@ -6,9 +6,9 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
-use whitted::measure::stats::Quartiles;
 use whitted::report::DeviceInfo;
-use whitted::table::{Align, Table};
+use whitted::report::table::{Align, Table};
+use whitted::stats::Quartiles;
 use whitted::units::{plural, seconds, short};
 
 /// Order of the rows: the whole, then the passes as a frame runs them.

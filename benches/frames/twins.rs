@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::time::Instant;
 use whitted::image::linear_sha256;
-use whitted::pack::Packed;
 use whitted::plan::{Plan, pack_for};
+use whitted::prepare::Packed;
 use whitted::render::{Quiet, Rendered, Renderer};
 use whitted::report::Report;
 use whitted::scene::{Scene, load};
@@ -104,7 +104,7 @@ fn of_render(rendered: &Rendered) -> Run {
 
 fn twin(scene: &Scene, settings: &Settings, packed: &Packed, plan: &Plan, rays: u64) -> Result<Run> {
     let start = Instant::now();
-    let Some((linear, counts)) = whitted::cpu::twin::render(packed, scene, settings, plan) else {
+    let Some((linear, counts)) = whitted::reference::twin::render(packed, scene, settings, plan) else {
         bail!("a sample has more rays at one depth than the twins' queue holds");
     };
     let seconds = start.elapsed().as_secs_f64();

@@ -1,5 +1,5 @@
 // Elements of buffers that each invocation looks up or stores at an address of its own. Looked up: from the texel view where
-// `texels` says so (src/plan.rs), else from the storage buffer; the same bits either way. Views are of
+// `texels` says so (src/plan/mod.rs), else from the storage buffer; the same bits either way. Views are of
 // unsigned words: a float format might flush what is not a normal number. Define nothing before
 // including it; then FETCHES_n(x) in place of READS(x), n = texels of an element. Stored: STORES_n(x) in
 // place of WRITES(x), as whole texels, where a struct would go out word by word.

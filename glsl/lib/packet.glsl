@@ -1,10 +1,10 @@
 // One walk over the hierarchy for all rays of a subgroup (Wald, Slusallek, Benthin, Wagner, "Interactive
-// Rendering with Coherent Ray Tracing", 2001), over compressed nodes of eight children (src/bvh/compressed.rs):
+// Rendering with Coherent Ray Tracing", 2001), over compressed nodes of eight children (src/prepare/bvh/compressed.rs):
 // each lane fetches a child, a texel, and tests it with every ray of the packet in turn. So no box is handed
 // round, and what any ray meets is known without asking. Of four lanes each has two children. The stack lies
 // in the lanes too, entry i with lane i % lanes. Nothing is loaded or stored lane by lane, and nothing but the
 // full test of a primitive diverges. For devices on which a vector of a few lanes is the whole machine
-// (src/plan.rs, `Limits::forms`); the hits are those of `walk_bvh`, bit for bit, since neither nodes nor order
+// (src/plan/mod.rs, `Limits::forms`); the hits are those of `walk_bvh`, bit for bit, since neither nodes nor order
 // decide them (numerics.md, Boxes). All lanes of the subgroup must call it together.
 
 // A corner of a compressed box, operation by operation as the host had it when it rounded the box outward.

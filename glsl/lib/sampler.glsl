@@ -1,4 +1,4 @@
-// Twin of src/sampler.rs, bit for bit; there are the sources.
+// Twin of src/settings/sampler.rs, bit for bit; there are the sources.
 
 // pcg4d, Jarzynski and Olano, JCGT 9(3), 2020.
 uvec4 pcg4d(uvec4 v) {

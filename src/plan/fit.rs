@@ -1,9 +1,9 @@
 //! What fits a device, and what would where a scene does not.
 
 use super::{Limits, Plan, PlanError, TEXEL_BYTES, may_read_texels};
-use crate::abi::{BUFFERS, Buf};
-use crate::kernels::KERNELS;
-use crate::pack::Packed;
+use crate::kernel::abi::{BUFFERS, Buf};
+use crate::kernel::table::KERNELS;
+use crate::prepare::Packed;
 use crate::settings::Settings;
 use crate::units;
 

@@ -1,8 +1,8 @@
 use super::*;
-use crate::abi::double;
-use crate::pack::{pack, pack_forms};
+use crate::kernel::abi::double;
+use crate::lab::stress::shapes::{cuboid, empty, glass};
+use crate::prepare::{pack, pack_forms};
 use crate::scene::{Fresnel, Scene};
-use crate::stress::shapes::{cuboid, empty, glass};
 use bytemuck::zeroed_vec;
 use glam::DVec3;
 

@@ -1,37 +1,38 @@
 //! Settings and a scene in, an image and a report out.
 
-mod frame;
-mod share;
+mod batches;
+mod resume_state;
+pub mod samples;
+pub mod self_test;
+mod submit_log;
 mod survey;
 mod tally;
-mod tile;
-mod trace;
-mod unfinished;
+mod trial;
 mod upload;
 
-pub(crate) use frame::mean;
-pub use share::{Run, Share};
+pub(crate) use crate::plan::tiles::{Tile, tiles};
+pub(crate) use batches::mean;
+pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
 pub(crate) use tally::settings_info;
-pub(crate) use tile::{Tile, tiles};
-pub use unfinished::{Begun, Mismatch, Unfinished};
+pub use trial::{Run, Share};
 
-use crate::coincident;
-use crate::kernels::Kernel;
-use crate::pack::{Packed, pack_forms};
+use crate::kernel::table::Kernel;
 use crate::plan::{self, Plan, PlanError};
+use crate::prepare::coincident_solids;
+use crate::prepare::{Packed, pack_forms};
+use crate::report::timeline::{FrameTrace, Phase};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
-use crate::selftest::{self, SelfTest};
 use crate::settings::{DeviceChoice, Precision, Settings};
-use crate::timeline::{FrameTrace, Phase};
 use crate::vk::{Device, Pipelines, VkError};
-use frame::Drawn;
-pub(crate) use frame::Frame;
+use batches::Drawn;
+pub(crate) use batches::Frame;
+use resume_state::Identity;
+use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
-use unfinished::Identity;
 
 /// An image with the story of its making.
 #[derive(Debug, Clone)]
@@ -128,7 +129,7 @@ impl Renderer {
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
         let start = Instant::now();
         let device = Rc::new(Device::new(choice, validate)?);
-        let arithmetic = selftest::known(&device)?;
+        let arithmetic = self_test::known(&device)?;
         Ok(Renderer {
             device,
             arithmetic,
@@ -287,7 +288,7 @@ impl Renderer {
             .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
         report.device = device;
         report.warnings = warnings;
-        report.warnings.extend(coincident::warnings(scene));
+        report.warnings.extend(coincident_solids::warnings(scene));
         Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
     }
 

@@ -1,14 +1,14 @@
 //! Samples of listed pixels, told apart: the sums of each replicate, and what the paths did. What is
 //! rendered to an error, or with one, is traced through here.
 
-use super::frame::{End, Frame, Part, sum};
+use super::batches::{End, Frame, Part, sum};
+use super::resume_state::Identity;
 use super::tally::Tally;
-use super::unfinished::Identity;
 use super::{Begun, Observer, RenderError, Renderer};
-use crate::abi;
-use crate::measure::samples::{Mark, Traced};
-use crate::pack::Packed;
+use crate::kernel::abi;
 use crate::plan::Plan;
+use crate::prepare::Packed;
+use crate::render::samples::{Mark, Traced};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};

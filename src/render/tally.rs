@@ -1,10 +1,10 @@
 //! What a render counts and times, tile by tile, and the report made of it.
 
-use crate::abi;
-use crate::kernels::Kernel;
-use crate::pack::Packed;
-use crate::passes::Size;
+use crate::kernel::abi;
+use crate::kernel::table::Kernel;
 use crate::plan::Plan;
+use crate::plan::passes::Size;
+use crate::prepare::Packed;
 use crate::report::{
     Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo,
 };
@@ -115,7 +115,7 @@ impl Tally {
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {
-            let pass = crate::passes::all().nth(*place).expect("a place is a row of the frame");
+            let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the frame");
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
                 Size::Rays => at,
@@ -154,7 +154,7 @@ pub(crate) fn settings_info(settings: &Settings) -> SettingsInfo {
 
 /// Position of a kernel in the frame.
 fn frame_place(kernel: Kernel) -> usize {
-    crate::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
+    crate::plan::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
 }
 
 /// Prologue, depths, epilogue.

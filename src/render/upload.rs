@@ -1,7 +1,7 @@
 //! Everything that goes to the device once, as the kernels of a precision want it.
 
-use crate::abi::{self, Buf};
-use crate::pack::Packed;
+use crate::kernel::abi::{self, Buf};
+use crate::prepare::Packed;
 use crate::settings::Precision;
 use crate::vk::Made;
 use bytemuck::Pod;

@@ -2,6 +2,7 @@
 //! and already checked. [`load`] is the only road from text to a [`Scene`]; tests may build one by
 //! hand.
 
+pub mod bounds;
 mod error;
 mod library;
 mod material;
@@ -9,15 +10,16 @@ mod mtl;
 mod obj;
 mod parse;
 mod polygon;
+pub mod procedural;
 mod table;
 mod transform;
-mod words;
+mod tokens;
 
 pub use error::SceneError;
 pub use parse::{load, parse_str};
 pub use transform::{Transform, rotation};
 
-use crate::frame::Bounds;
+use crate::scene::bounds::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::PathBuf;

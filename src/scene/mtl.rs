@@ -15,7 +15,7 @@
 use super::error::{SceneError, Source, did_you_mean, list};
 use super::material::{AMBIENT, IOR, IOR_RANGE, IOR_RULE, SHARE_RULE, fresnel_word, is_share};
 use super::table::{NOT_NEGATIVE, within_f32};
-use super::words::{Word, Words};
+use super::tokens::{Word, Words};
 use super::{Fresnel, Material};
 use glam::DVec3;
 

@@ -3,10 +3,10 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
-use crate::abi::BUFFERS;
-use crate::kernels::KERNELS;
-use crate::passes::at_depth;
+use crate::kernel::abi::BUFFERS;
+use crate::kernel::table::KERNELS;
 use crate::plan::TEXEL_BYTES;
+use crate::plan::passes::at_depth;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
@@ -62,22 +62,22 @@ impl Buffers {
         Ok(buffers)
     }
 
-    pub(super) fn handle(&self, buffer: crate::abi::Buf) -> vk::Buffer {
+    pub(super) fn handle(&self, buffer: crate::kernel::abi::Buf) -> vk::Buffer {
         self.slots[buffer as usize].handle
     }
 
-    pub(super) fn view(&self, buffer: crate::abi::Buf) -> vk::BufferView {
+    pub(super) fn view(&self, buffer: crate::kernel::abi::Buf) -> vk::BufferView {
         self.slots[buffer as usize].view
     }
 
     /// Bytes of a buffer.
-    pub fn bytes(&self, buffer: crate::abi::Buf) -> u64 {
+    pub fn bytes(&self, buffer: crate::kernel::abi::Buf) -> u64 {
         self.slots[buffer as usize].bytes
     }
 
     /// A buffer's own memory, where the host sees it and what it writes needs no flush: that of software
     /// and integrated devices, and of cards that show all of theirs.
-    pub(super) fn direct(&mut self, buffer: crate::abi::Buf) -> Option<&mut [u8]> {
+    pub(super) fn direct(&mut self, buffer: crate::kernel::abi::Buf) -> Option<&mut [u8]> {
         let slot = &mut self.slots[buffer as usize];
         let seen = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
         let allocation = slot.allocation.as_mut().filter(|a| a.memory_properties().contains(seen))?;

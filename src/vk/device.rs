@@ -2,6 +2,7 @@
 
 use super::debug::Messenger;
 use super::error::{VkError, call};
+use crate::cache_folder;
 use crate::plan::Limits;
 use crate::report::DeviceInfo;
 use crate::settings::DeviceChoice;
@@ -391,35 +392,14 @@ impl Device {
         let Some(file) = &self.cache_file else { return };
         // SAFETY: the cache belongs to this device.
         let Ok(data) = (unsafe { self.raw.get_pipeline_cache_data(self.cache) }) else { return };
-        write_cache(file, &data);
+        cache_folder::write(file, &data);
     }
-}
-
-/// Whole or not at all: another process may be reading. A cache that cannot be written is none.
-pub fn write_cache(file: &std::path::Path, data: &[u8]) {
-    let Some(folder) = file.parent() else { return };
-    let temporary = file.with_extension(format!("{}.tmp", std::process::id()));
-    let written = std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&temporary, data))
-        .and_then(|()| std::fs::rename(&temporary, file));
-    if written.is_err() {
-        drop(std::fs::remove_file(&temporary));
-    }
-}
-
-/// The user's cache folder: `$XDG_CACHE_HOME/whitted`, or under `~/.cache`.
-pub fn cache_folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("XDG_CACHE_HOME")
-        .map(PathBuf::from)
-        .filter(|p| p.is_absolute())
-        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
-    Some(folder.join("whitted"))
 }
 
 /// `KIND-UUID-VERSION` in the cache folder. Some drivers keep one UUID for ever, so the driver's version is
 /// part of the name as well.
 fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
-    let folder = cache_folder()?;
+    let folder = cache_folder::path()?;
     let uuid: String = chosen.properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
     Some(folder.join(format!(
         "{kind}-{uuid}-{:x}-{}",

@@ -2,8 +2,8 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
-use crate::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
-use crate::kernels::{Kernel, KernelCode};
+use crate::kernel::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
+use crate::kernel::table::{Kernel, KernelCode};
 use ash::vk;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -25,13 +25,13 @@ pub struct Pipelines {
 }
 
 /// Buffers a kernel touches, in binding order.
-pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::abi::Buf> {
+pub(super) fn bound(kernel: Kernel) -> impl Iterator<Item = crate::kernel::abi::Buf> {
     let used = kernel.code().reads | kernel.code().writes;
     BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
 }
 
 /// Buffers a kernel may also read as texels, in binding order; none in double precision.
-pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = crate::abi::Buf> {
+pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = crate::kernel::abi::Buf> {
     let used = if double { 0 } else { code.texels };
     BUFFERS.iter().map(|(_, _, b)| *b).filter(move |b| used >> *b as u32 & 1 == 1)
 }

@@ -13,7 +13,7 @@ mod list;
 mod recorder;
 
 pub use buffer::{Buffers, Made};
-pub use device::{Device, cache_folder, write_cache};
+pub use device::Device;
 pub use error::VkError;
 pub use kernel::Pipelines;
 pub use list::{DeviceSummary, list};

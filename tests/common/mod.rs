@@ -9,15 +9,15 @@ pub mod build;
 
 use std::path::PathBuf;
 use std::rc::Rc;
-use whitted::abi::{BUFFERS, Buf, NONE, Push, STRUCTS, Specialisation, Surface};
-use whitted::cpu::twin::single::Memory;
-use whitted::kernels::Kernel;
-use whitted::pack::Packed;
-use whitted::passes;
+use whitted::kernel::abi::{BUFFERS, Buf, NONE, Push, STRUCTS, Specialisation, Surface};
+use whitted::kernel::table::Kernel;
+use whitted::plan::passes;
 use whitted::plan::{Plan, element_bytes, pack_for};
+use whitted::prepare::Packed;
+use whitted::reference::twin::single::Memory;
 use whitted::render::{Quiet, Rendered, Renderer};
-use whitted::sampler::pcg4d;
 use whitted::scene::Scene;
+use whitted::settings::sampler::pcg4d;
 use whitted::settings::{DeviceChoice, Precision, Settings};
 use whitted::vk::{Buffers, Device, Dispatch, Pipelines, Recorder};
 
@@ -273,10 +273,10 @@ pub fn primary_push(settings: &Settings, plan: &Plan) -> Push {
 }
 
 /// A queue of `count` rays.
-pub fn queue_of(count: u32, workgroup: u32) -> whitted::abi::Queue {
+pub fn queue_of(count: u32, workgroup: u32) -> whitted::kernel::abi::Queue {
     let groups = count.div_ceil(workgroup);
-    let row = whitted::abi::GROUPS_PER_ROW;
-    whitted::abi::Queue {
+    let row = whitted::kernel::abi::GROUPS_PER_ROW;
+    whitted::kernel::abi::Queue {
         groups_x: groups.min(row),
         groups_y: groups.div_ceil(row),
         groups_z: 1,

@@ -1,8 +1,8 @@
 //! Device against oracle: first hits, colours and ray counts, each within a bound from docs/numerics.md.
 
 use crate::common::{device, first_hits, render, renderer, scenes, small};
-use whitted::cpu::oracle::{Oracle, OracleImage};
-use whitted::measure::metrics::{edge_length, hit_mismatches, mismatch_bound};
+use whitted::compare::metrics::{edge_length, hit_mismatches, mismatch_bound};
+use whitted::reference::oracle::{Oracle, OracleImage};
 use whitted::report::RayInfo;
 use whitted::scene::Scene;
 use whitted::settings::Settings;

@@ -3,12 +3,12 @@
 use crate::common::build::{Add, everything, matte};
 use crate::common::{render, renderer, scenes, small};
 use glam::DVec3;
-use whitted::cpu::twin;
 use whitted::image::linear_sha256;
 use whitted::plan::{Plan, pack_for};
+use whitted::reference::twin;
 use whitted::report::Report;
-use whitted::sampler::Sampler;
 use whitted::scene::Scene;
+use whitted::settings::sampler::Sampler;
 use whitted::settings::{Origin, Precision, Schedule, Settings};
 
 /// Every way the kernels compute, and every sampler.

@@ -3,13 +3,13 @@
 
 use crate::common::{Rng, queue_of};
 use glam::{DVec3, Vec3};
-use whitted::abi::*;
-use whitted::bvh::{self, Item, Wanted};
-use whitted::cpu::twin::single::Memory;
-use whitted::cpu::twin::single::lib::r#box::{sphere_box, triangle_box};
-use whitted::frame::Bounds;
-use whitted::kernels::Kernel;
-use whitted::sampler::Sampler;
+use whitted::kernel::abi::*;
+use whitted::kernel::table::Kernel;
+use whitted::prepare::bvh::{self, Item, Wanted};
+use whitted::reference::twin::single::Memory;
+use whitted::reference::twin::single::lib::r#box::{sphere_box, triangle_box};
+use whitted::scene::bounds::Bounds;
+use whitted::settings::sampler::Sampler;
 
 /// What a kernel is compiled for.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! Scenes built by hand.
 
 use glam::DVec3;
-use whitted::cpu::oracle::{Oracle, Sample};
+use whitted::reference::oracle::{Oracle, Sample};
 use whitted::scene::{Camera, Face, Fresnel, Light, Material, Mesh, Polygon, RenderDefaults, Scene, Sphere};
 use whitted::settings::Settings;
 

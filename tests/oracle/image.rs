@@ -2,7 +2,7 @@
 
 use crate::build::{Add, everything, glowing, mirror, probe, scene, v};
 use glam::DVec3;
-use whitted::cpu::oracle::{Oracle, OracleImage};
+use whitted::reference::oracle::{Oracle, OracleImage};
 use whitted::scene::{Fresnel, Scene};
 use whitted::settings::Settings;
 

@@ -2,7 +2,7 @@
 
 use crate::build::{Add, assert_close, glowing, matte, mirror, probe, scene, v};
 use glam::DVec3;
-use whitted::cpu::oracle::Oracle;
+use whitted::reference::oracle::Oracle;
 use whitted::scene::{Camera, Material, Scene};
 use whitted::settings::Settings;
 

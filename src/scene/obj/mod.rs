@@ -7,7 +7,7 @@ use super::error::{SceneError, Source, did_you_mean};
 use super::library::Library;
 use super::polygon::NORMAL_LEAN;
 use super::table::{MAX_LENGTH, unit};
-use super::words::{Word, Words};
+use super::tokens::{Word, Words};
 use super::{Face, Mesh, Transform};
 use glam::DVec3;
 use std::path::{Path, PathBuf};

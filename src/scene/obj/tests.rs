@@ -163,7 +163,7 @@ fn numbers_are_read_to_the_last_bit() {
     let mut text = String::new();
     let mut expected = Vec::new();
     for i in 0..3000u32 {
-        let h = crate::sampler::pcg4d([i, 2, 3, 4]);
+        let h = crate::settings::sampler::pcg4d([i, 2, 3, 4]);
         let x = f64::from(h[0]) / f64::from(1 << (h[1] % 32)) * if h[2] & 1 == 0 { -1.0 } else { 1.0 };
         let digits = (h[3] % 18) as usize;
         let words = [format!("{x}"), format!("{x:.digits$}"), format!("{x:e}")];

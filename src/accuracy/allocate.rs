@@ -1,0 +1,430 @@
+//! Which pixels get how many samples: the sampling error asked for with the fewest rays, or the least error
+//! for the rays there are.
+//!
+//! Stopping on the very samples that are averaged is biased (Kirk and Arvo, "Unbiased Sampling Techniques
+//! for Image Synthesis", SIGGRAPH 1991): a pixel whose first samples agree by chance is left as it is. Here
+//! no pixel's sample decides on that pixel alone. A pilot samples all pixels alike; each pixel's *class* is
+//! read from the pilot samples of its eight neighbours, never its own; and a class of at least
+//! `LEAST_CLASS` pixels is sampled as a whole, by its pooled variance. The last step takes as many of a
+//! class as the target needs, in an order fixed by a hash of the pixel's number.
+//!
+//! Each step doubles where the bound falls most per ray (Neyman's rule, taken greedily), so that a prefix of
+//! the work is the best use of a prefix of the time.
+
+use super::pixel_order;
+use super::pixel_sums::Gathered;
+use super::sampling::{Noise, SamplingBound, unseen_squares};
+use crate::render::samples::{Source, Traced};
+use crate::settings::sampler::pcg4d;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Fewest pixels of a class, so that one pixel's samples weigh little in its class's.
+const LEAST_CLASS: usize = 64;
+
+/// What doubling leaves of a class's squared error, before it was seen to: between 1/2 (random) and 2^-1.5
+/// (stratified, edges; Mitchell, SIGGRAPH 1996).
+const DOUBLED: f64 = 0.42;
+
+/// A class joins a step that another leads if it gains at least this much as much per ray: the leader's own
+/// next doubling would gain `DOUBLED / 2`.
+const JOINS: f64 = 0.3;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Goal {
+    /// Greatest RMSE; `None` to go on while there is budget.
+    pub target: Option<f64>,
+    /// With this confidence.
+    pub confidence: f64,
+    /// Samples of every pixel to begin with; a multiple of the replicates.
+    pub pilot: u32,
+    /// Most samples of a pixel.
+    pub most: u32,
+}
+
+impl Goal {
+    /// A goal whose pilot leaves at most half of the target to what no sample met; `most` permitting.
+    pub fn for_target(target: f64, confidence: f64, pixels: usize, replicates: usize, most: u32) -> Goal {
+        let mut pilot = replicates as u32;
+        let allowed = 0.5 * target * target * pixels as f64;
+        while pilot <= most / 2 && unseen_squares(pilot, confidence) > allowed {
+            pilot *= 2;
+        }
+        Goal { target: Some(target), confidence, pilot, most: most.max(pilot) }
+    }
+}
+
+/// Samples to trace next. Give it back to [`Allocation::record`] with what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// Pixels `y * width + x`.
+    pub pixels: Vec<u32>,
+    /// Samples of each.
+    pub samples: Range<u32>,
+    /// Parts of classes it consists of: class and how many pixels, those recorded before included; none in
+    /// the pilot.
+    parts: Vec<(usize, usize)>,
+}
+
+/// Why there is no next step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Outcome {
+    /// The bound is at the target.
+    Reached,
+    /// Every pixel that errs has as many samples as a pixel may have.
+    Capped,
+    /// There is more to do.
+    Unfinished,
+}
+
+/// Pixels whose neighbourhoods look alike.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Class {
+    /// In the order they are taken.
+    pixels: Vec<u32>,
+    /// The first `ahead` of them have `2 * samples`, the rest `samples`.
+    ahead: usize,
+    samples: u32,
+    /// Noise of those ahead, and of the rest.
+    noise: [Noise; 2],
+    /// What doubling leaves of the squared error.
+    doubled: f64,
+    /// Rays of one sample.
+    rays: f64,
+}
+
+/// The state of an adaptive render: all that was traced, and what to trace next. Deterministic.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Allocation {
+    height: u32,
+    goal: Goal,
+    gathered: Gathered,
+    /// Empty until the pilot is done.
+    classes: Vec<Class>,
+    /// Pixels the pilot has: the first of [`pixel_order::order`].
+    piloted: usize,
+    /// What is left of a step that was cut short.
+    open: Option<Step>,
+}
+
+/// What a class would gain by doubling the rest of it.
+struct Candidate {
+    class: usize,
+    pixels: usize,
+    samples: u32,
+    /// Fall of the squared error.
+    drop: f64,
+    /// Rays.
+    cost: f64,
+}
+
+impl Allocation {
+    /// Nothing traced yet.
+    pub fn new(width: u32, height: u32, replicates: usize, goal: Goal) -> Allocation {
+        let gathered = Gathered::new(width, height, replicates);
+        Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0, open: None }
+    }
+
+    /// What is asked for.
+    pub fn goal(&self) -> Goal {
+        self.goal
+    }
+
+    /// Asks for another sampling error than before.
+    pub fn aim_at(&mut self, target: f64) {
+        self.goal.target = Some(target);
+    }
+
+    /// All samples so far.
+    pub fn gathered(&self) -> &Gathered {
+        &self.gathered
+    }
+
+    /// Hands the samples out, to be kept elsewhere; they must be [put back](Allocation::put_gathered) before
+    /// anything else is done.
+    pub fn take_gathered(&mut self) -> Gathered {
+        let nothing = Gathered::new(self.gathered.width, 0, self.gathered.replicates);
+        std::mem::replace(&mut self.gathered, nothing)
+    }
+
+    /// Takes back what [`Allocation::take_gathered`] gave; false if it is of another image.
+    pub fn put_gathered(&mut self, gathered: Gathered) -> bool {
+        let fits = gathered.width == self.gathered.width
+            && gathered.replicates == self.gathered.replicates
+            && gathered.samples.len() as u64 == u64::from(gathered.width) * u64::from(self.height);
+        self.gathered = gathered;
+        fits
+    }
+
+    /// True while a step that was cut short waits to be completed.
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// The sampling bound of the image as it is; `None` until every pixel has its pilot.
+    pub fn bound(&self) -> Option<SamplingBound> {
+        (!self.classes.is_empty()).then(|| self.noise().bound(self.gathered.replicates, self.goal.confidence))
+    }
+
+    /// Samples traced.
+    pub fn samples(&self) -> u64 {
+        self.gathered.samples.iter().map(|&n| u64::from(n)).sum()
+    }
+
+    /// Rays traced.
+    pub fn rays(&self) -> u64 {
+        self.gathered.marks.iter().map(|m| u64::from(m.rays)).sum()
+    }
+
+    /// Whether there is more to do.
+    pub fn outcome(&self) -> Outcome {
+        match self.bound() {
+            Some(b) if self.goal.target.is_some_and(|target| b.bound <= target) => Outcome::Reached,
+            Some(_) if self.candidates().0.is_empty() => Outcome::Capped,
+            _ => Outcome::Unfinished,
+        }
+    }
+
+    /// What to trace next with at most `budget` rays, as far as they can be foretold from those traced
+    /// (`f64::INFINITY` for no limit). `None` at the end ([`Allocation::outcome`]), or where the
+    /// budget is too small for any sample. A step that was cut short is completed first, at any cost.
+    pub fn next_step(&self, budget: f64) -> Option<Step> {
+        if let Some(open) = &self.open {
+            return Some(open.clone());
+        }
+        if self.classes.is_empty() {
+            return self.pilot_step(budget);
+        }
+        if self.outcome() != Outcome::Unfinished {
+            return None;
+        }
+        let (candidates, lift) = self.candidates();
+        let leader = candidates.first()?;
+        let samples = if lift.is_some() { self.least() } else { leader.samples };
+        let joins = |c: &&Candidate| {
+            c.samples == samples && (lift.is_some() || c.drop * leader.cost >= JOINS * leader.drop * c.cost)
+        };
+        let bound = self.noise().bound(self.gathered.replicates, self.goal.confidence).bound;
+        let mut need = match self.goal.target {
+            Some(target) if lift.is_none() => {
+                (bound * bound - target * target) * self.gathered.samples.len() as f64
+            }
+            _ => f64::INFINITY,
+        };
+        let mut budget = budget;
+        let mut step = Step { pixels: Vec::new(), samples: samples..2 * samples, parts: Vec::new() };
+        for c in candidates.iter().filter(joins) {
+            if need <= 0.0 {
+                break;
+            }
+            // One in 64 at least, or the last steps would be endless.
+            let share = if c.drop > need { (need / c.drop).max(1.0 / 64.0) } else { 1.0 };
+            let each = c.cost / c.pixels as f64;
+            let wanted = (share * c.pixels as f64).ceil().min((budget / each).floor()) as usize;
+            if wanted == 0 {
+                break;
+            }
+            let class = &self.classes[c.class];
+            step.pixels.extend(&class.pixels[class.ahead..class.ahead + wanted]);
+            step.parts.push((c.class, wanted));
+            need -= c.drop * wanted as f64 / c.pixels as f64;
+            budget -= each * wanted as f64;
+        }
+        (!step.pixels.is_empty()).then_some(step)
+    }
+
+    fn pilot_step(&self, budget: f64) -> Option<Step> {
+        let left = self.gathered.samples.len() - self.piloted;
+        let rays = if self.samples() > 0 { self.rays() as f64 / self.samples() as f64 } else { 1.0 };
+        let wanted = (budget / (rays * f64::from(self.goal.pilot))).floor().min(left as f64) as usize;
+        let order = pixel_order::order(self.gathered.width, self.height);
+        let pixels = order[self.piloted..self.piloted + wanted].to_vec();
+        (!pixels.is_empty()).then_some(Step { pixels, samples: 0..self.goal.pilot, parts: Vec::new() })
+    }
+
+    /// Takes in what came of `step`: of all its pixels, or of the first of them if it was cut short. Nothing is
+    /// decided until the rest follows, so that the image does not depend on where it was cut.
+    pub fn record(&mut self, step: &Step, traced: &Traced) {
+        let there = traced.marks.len().min(step.pixels.len());
+        self.gathered.add(&step.pixels, step.samples.end - step.samples.start, traced);
+        if self.classes.is_empty() {
+            self.piloted += there;
+            if self.piloted == self.gathered.samples.len() {
+                self.classify();
+            }
+            return;
+        }
+        if there < step.pixels.len() {
+            self.open = Some(Step { pixels: step.pixels[there..].to_vec(), ..step.clone() });
+            return;
+        }
+        self.open = None;
+        for &(class, pixels) in &step.parts {
+            self.advance(class, pixels);
+        }
+    }
+
+    fn advance(&mut self, class: usize, pixels: usize) {
+        let mut c = self.classes[class].clone();
+        let before = c.noise[1].squares;
+        c.ahead += pixels;
+        if c.ahead == c.pixels.len() {
+            let whole = c.noise[0].squares + before;
+            // The part that was ahead before had doubled already: compare like with like.
+            let fresh = c.ahead == pixels;
+            (c.ahead, c.samples) = (0, 2 * c.samples);
+            self.measure(&mut c);
+            if fresh && whole > 0.0 {
+                c.doubled = (c.noise[1].squares / whole).clamp(0.15, 0.7);
+            }
+        } else {
+            self.measure(&mut c);
+        }
+        self.classes[class] = c;
+    }
+
+    /// Noise and cost of a class from what its pixels have.
+    fn measure(&self, class: &mut Class) {
+        let noise = |&p: &u32| self.pixel_noise(p as usize);
+        class.noise = [
+            class.pixels[..class.ahead].iter().map(noise).sum(),
+            class.pixels[class.ahead..].iter().map(noise).sum(),
+        ];
+        let rays: u64 = class.pixels.iter().map(|&p| u64::from(self.gathered.marks[p as usize].rays)).sum();
+        let samples: u64 = class.pixels.iter().map(|&p| u64::from(self.gathered.samples[p as usize])).sum();
+        class.rays = rays as f64 / samples as f64;
+    }
+
+    fn pixel_noise(&self, p: usize) -> Noise {
+        Noise::of(self.gathered.sums_of(p), self.gathered.samples[p])
+    }
+
+    fn noise(&self) -> Noise {
+        self.classes.iter().flat_map(|c| c.noise).sum()
+    }
+
+    fn least(&self) -> u32 {
+        self.noise().least_samples
+    }
+
+    /// Classes that can be doubled, most gain per ray first; and, where raising all pixels of the fewest samples
+    /// gains most, because what no sample met weighs most, its gain per ray.
+    fn candidates(&self) -> (Vec<Candidate>, Option<f64>) {
+        let now = self.noise();
+        let (_, factor) = now.factor(self.gathered.replicates, self.goal.confidence);
+        let unseen = |n| unseen_squares(n, self.goal.confidence);
+        let total = |v: f64, u: f64| v + (v * (factor - 1.0)).hypot(u);
+        let present = total(now.squares, unseen(now.least_samples));
+        let mut all: Vec<Candidate> = (self.classes.iter().enumerate())
+            .filter(|(_, c)| c.samples <= self.goal.most / 2)
+            .map(|(class, c)| {
+                let fall = c.noise[1].squares * (1.0 - c.doubled);
+                let pixels = c.pixels.len() - c.ahead;
+                Candidate {
+                    class,
+                    pixels,
+                    samples: c.samples,
+                    drop: present - total(now.squares - fall, unseen(now.least_samples)),
+                    cost: c.rays * pixels as f64 * f64::from(c.samples),
+                }
+            })
+            .collect();
+        all.sort_by(|a, b| (b.drop / b.cost).total_cmp(&(a.drop / a.cost)));
+        let low: Vec<&Candidate> = all.iter().filter(|c| c.samples == now.least_samples).collect();
+        let fall: f64 = (low.iter().map(|c| &self.classes[c.class]))
+            .map(|c| c.noise[1].squares * (1.0 - c.doubled))
+            .sum();
+        let cost: f64 = low.iter().map(|c| c.cost).sum();
+        let gain = (present - total(now.squares - fall, unseen(2 * now.least_samples))) / cost;
+        let lift = (!low.is_empty() && all.first().is_some_and(|c| gain > c.drop / c.cost)).then_some(gain);
+        (all, lift)
+    }
+
+    /// Sorts the pixels into classes by their neighbours.
+    fn classify(&mut self) {
+        let noise: Vec<f64> = (0..self.gathered.samples.len()).map(|p| self.pixel_noise(p).squares).collect();
+        let image: Vec<[f64; 3]> = (0..noise.len()).map(|p| self.gathered.mean(p)).collect();
+        let mut groups: BTreeMap<(u8, i32), Vec<u32>> = BTreeMap::new();
+        for p in 0..self.gathered.samples.len() as u32 {
+            groups.entry(self.look_around(p, &noise, &image)).or_default().push(p);
+        }
+        // Small groups join the next, the last the one before it.
+        let mut merged: Vec<Vec<u32>> = Vec::new();
+        for group in groups.into_values() {
+            match merged.last_mut() {
+                Some(last) if last.len() < LEAST_CLASS => last.extend(group),
+                _ => merged.push(group),
+            }
+        }
+        if merged.len() > 1 && merged[merged.len() - 1].len() < LEAST_CLASS {
+            let last = merged.pop().unwrap_or_default();
+            let end = merged.len() - 1;
+            merged[end].extend(last);
+        }
+        self.classes = merged
+            .into_iter()
+            .map(|mut pixels| {
+                pixels.sort_by_key(|&p| (pcg4d([p, 0x0a11, 0x0ca7, 0xe000])[0], p));
+                let samples = self.goal.pilot;
+                let noise = [Noise::default(); 2];
+                let mut class = Class { pixels, ahead: 0, samples, noise, doubled: DOUBLED, rays: 1.0 };
+                self.measure(&mut class);
+                class
+            })
+            .collect();
+    }
+
+    /// What the neighbours of pixel `p` say of it: whether they are of one path tree (0), of several
+    /// (1) or some of them mixed (2); and the base-4 logarithm of the squared error to expect.
+    fn look_around(&self, p: u32, noise: &[f64], image: &[[f64; 3]]) -> (u8, i32) {
+        let (x, y) = (p % self.gathered.width, p / self.gathered.width);
+        let columns = x.saturating_sub(1)..(x + 2).min(self.gathered.width);
+        let around: Vec<usize> = (y.saturating_sub(1)..(y + 2).min(self.height))
+            .flat_map(|v| columns.clone().map(move |u| (u, v)))
+            .filter(|&at| at != (x, y))
+            .map(|(u, v)| (v * self.gathered.width + u) as usize)
+            .collect();
+        let Some(&first) = around.first() else { return (0, i32::MIN) };
+        let count = around.len() as f64;
+        let mark = |q: usize| &self.gathered.marks[q];
+        let mixed = around.iter().any(|&q| mark(q).hash_least != mark(q).hash_most);
+        let alike = around.iter().all(|&q| mark(q).hash_least == mark(first).hash_least);
+        let kind = if mixed { 2 } else { u8::from(!alike) };
+        let mut expected = around.iter().map(|&q| noise[q]).sum::<f64>() / count;
+        if kind > 0 {
+            // An edge between neighbours of different colour: all or nothing over that difference.
+            for c in 0..3 {
+                let shown = |q: usize| image[q][c].clamp(0.0, 1.0);
+                let mean = around.iter().map(|&q| shown(q)).sum::<f64>() / count;
+                let spread = around.iter().map(|&q| (shown(q) - mean).powi(2)).sum::<f64>() / count;
+                expected += spread / (12.0 * f64::from(self.goal.pilot));
+            }
+        }
+        let level = if expected > 0.0 { (expected.log2() / 2.0).floor() as i32 } else { i32::MIN };
+        (kind, level)
+    }
+}
+
+/// Traces until the goal is met, the cap is reached, or `go_on` says no after a step.
+///
+/// # Errors
+/// Whatever the tracer reports; what was recorded before stays.
+pub fn run<S: Source>(
+    allocation: &mut Allocation,
+    source: &mut S,
+    mut go_on: impl FnMut(&Allocation) -> bool,
+) -> Result<Outcome, S::Error> {
+    while let Some(step) = allocation.next_step(f64::INFINITY) {
+        let traced = source.trace(&step.pixels, step.samples.clone())?;
+        allocation.record(&step, &traced);
+        if !go_on(allocation) {
+            break;
+        }
+    }
+    Ok(allocation.outcome())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,15 @@
+//! The error of an image: its three parts ([`sampling`], [`truncation`], rounding), bounds on each, and the
+//! drivers that keep an error or a time ([`promise`]).
+
+pub mod allocate;
+pub mod budget;
+pub mod pixel_order;
+pub mod pixel_sums;
+pub mod interval;
+pub mod radiance_bound;
+pub mod promise;
+pub mod quantile;
+pub mod sampling;
+#[cfg(test)]
+mod synthetic;
+pub mod truncation;

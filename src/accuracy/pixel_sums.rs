@@ -1,0 +1,177 @@
+//! The samples of an image so far, and what its pixels say of their errors.
+
+use super::interval::{self, Interval};
+use super::radiance_bound::RadianceLimit;
+use super::sampling::Noise;
+use super::truncation::{self, TruncationBound};
+use crate::render::samples::{Mark, Traced};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// The samples of an image so far, pixel by pixel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Gathered {
+    /// Pixels.
+    pub width: u32,
+    /// Replicates of a pixel.
+    pub replicates: usize,
+    /// Samples of each pixel.
+    pub samples: Vec<u32>,
+    /// Sums of the replicates, `replicates` a pixel.
+    pub sums: Vec<[f64; 3]>,
+    /// What the samples did.
+    pub marks: Vec<Mark>,
+}
+
+impl Gathered {
+    /// No samples yet.
+    pub fn new(width: u32, height: u32, replicates: usize) -> Gathered {
+        let pixels = width as usize * height as usize;
+        Gathered {
+            width,
+            replicates,
+            samples: vec![0; pixels],
+            sums: vec![[0.0; 3]; pixels * replicates],
+            marks: vec![Mark::default(); pixels],
+        }
+    }
+
+    /// Adds `samples` samples of each of `pixels`; of the first of them if fewer were traced.
+    pub fn add(&mut self, pixels: &[u32], samples: u32, traced: &Traced) {
+        let r = self.replicates;
+        for ((at, more), sums) in pixels.iter().zip(&traced.marks).zip(traced.sums.chunks(r)) {
+            let at = *at as usize;
+            let mark = &mut self.marks[at];
+            *mark = if self.samples[at] == 0 { *more } else { mark.and(more) };
+            self.samples[at] += samples;
+            for (sum, more) in self.sums[at * r..].iter_mut().zip(sums) {
+                sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+            }
+        }
+    }
+
+    /// Appends everything, as little-endian numbers.
+    pub(super) fn put(&self, to: &mut Vec<u8>) {
+        let mut word = |n: u32| to.extend(n.to_le_bytes());
+        [self.width, self.replicates as u32, self.samples.len() as u32].into_iter().for_each(&mut word);
+        self.samples.iter().for_each(|n| word(*n));
+        for m in &self.marks {
+            [m.hash_least, m.hash_most, m.rays, m.depth].into_iter().for_each(&mut word);
+        }
+        let cuts = self.marks.iter().map(|m| &m.cut);
+        self.sums.as_flattened().iter().chain(cuts).for_each(|x| to.extend(x.to_le_bytes()));
+    }
+
+    /// Takes what [`Gathered::put`] wrote from the front of `from`; `None` if that is too short.
+    pub(super) fn take(from: &mut &[u8]) -> Option<Gathered> {
+        let mut word = || {
+            let (n, rest) = from.split_first_chunk()?;
+            *from = rest;
+            Some(u32::from_le_bytes(*n))
+        };
+        let (width, replicates, pixels) = (word()?, word()? as usize, word()? as usize);
+        let samples = (0..pixels).map(|_| word()).collect::<Option<_>>()?;
+        let mut mark = || {
+            let (hash_least, hash_most, rays, depth) = (word()?, word()?, word()?, word()?);
+            Some(Mark { hash_least, hash_most, rays, depth, cut: 0.0 })
+        };
+        let mut marks = (0..pixels).map(|_| mark()).collect::<Option<Vec<Mark>>>()?;
+        let mut number = || {
+            let (x, rest) = from.split_first_chunk()?;
+            *from = rest;
+            Some(f64::from_le_bytes(*x))
+        };
+        let mut sum = || Some([number()?, number()?, number()?]);
+        let sums = (0..pixels.checked_mul(replicates)?).map(|_| sum()).collect::<Option<_>>()?;
+        for m in &mut marks {
+            m.cut = number()?;
+        }
+        Some(Gathered { width, replicates, samples, sums, marks })
+    }
+
+    /// Sums of the replicates of pixel `at`.
+    pub fn sums_of(&self, at: usize) -> &[[f64; 3]] {
+        &self.sums[at * self.replicates..(at + 1) * self.replicates]
+    }
+
+    /// Mean of pixel `at`, linear RGB, unclamped.
+    pub fn mean(&self, at: usize) -> [f64; 3] {
+        let total = self.sums_of(at).iter().fold([0.0; 3], |a, b| std::array::from_fn(|c| a[c] + b[c]));
+        total.map(|channel| channel / f64::from(self.samples[at].max(1)))
+    }
+
+    /// The image, linear RGB; pixels without samples are black.
+    pub fn linear(&self) -> Vec<[f32; 3]> {
+        (0..self.samples.len()).map(|at| self.mean(at).map(|channel| channel as f32)).collect()
+    }
+
+    /// The image with pixels that have no samples as the nearest that have; it must have been sampled from
+    /// [coarse to fine](super::pixel_order).
+    pub fn filled(&self) -> Vec<[f32; 3]> {
+        let linear = self.linear();
+        super::pixel_order::stand_ins(self.width, &self.samples)
+            .into_iter()
+            .map(|p| linear[p as usize])
+            .collect()
+    }
+
+    /// Share of pixels that have samples.
+    pub fn done(&self) -> f64 {
+        self.samples.iter().filter(|n| **n > 0).count() as f64 / self.samples.len().max(1) as f64
+    }
+
+    /// What the pixels say of their sampling error; those without samples say nothing.
+    pub fn noise(&self) -> Noise {
+        let sampled = (0..self.samples.len()).filter(|at| self.samples[*at] > 0);
+        sampled.map(|at| Noise::of(self.sums_of(at), self.samples[at])).sum()
+    }
+
+    /// The intervals of pixel `at`, one a channel; it has samples.
+    pub fn intervals(&self, at: usize, confidence: f64) -> [Interval; 3] {
+        let n = self.samples[at];
+        let each = f64::from(n) / self.replicates as f64;
+        let brightest = self.sums_of(at).iter().flatten().fold(1.0, |m: f64, sum| m.max(sum / each));
+        std::array::from_fn(|c| {
+            let sums: Vec<f64> = self.sums_of(at).iter().map(|s| s[c]).collect();
+            interval::pixel(&sums, n, &self.marks[at], (0.0, brightest), confidence)
+        })
+    }
+
+    /// Half the width of each pixel's interval, of its widest channel.
+    pub fn half_widths(&self, confidence: f64) -> Vec<f64> {
+        self.half_widths_of(0..self.samples.len(), confidence)
+    }
+
+    /// The same of some pixels.
+    pub(super) fn half_widths_of(&self, pixels: Range<usize>, confidence: f64) -> Vec<f64> {
+        let half = |at: usize| match self.samples[at] {
+            0 => f64::NAN,
+            _ => self.intervals(at, confidence).iter().fold(0.0, |m: f64, i| m.max((i.high - i.low) / 2.0)),
+        };
+        pixels.map(half).collect()
+    }
+
+    /// Mean throughput that the image lost to the cut.
+    pub fn mean_cut(&self) -> f64 {
+        (0..self.samples.len()).map(|at| self.cut(at)).sum::<f64>() / self.samples.len().max(1) as f64
+    }
+
+    /// What hidden light can add to each pixel as shown, of its worst channel: never less than nothing, no more
+    /// than the throughput that was cut times the greatest radiance, nor than what is missing to white.
+    pub fn hidden(&self, limit: &RadianceLimit) -> Vec<f64> {
+        (0..self.samples.len()).map(|at| self.hidden_of(at, limit).into_iter().fold(0.0, f64::max)).collect()
+    }
+
+    fn hidden_of(&self, at: usize, limit: &RadianceLimit) -> [f64; 3] {
+        truncation::hidden(self.mean(at), self.cut(at), limit)
+    }
+
+    fn cut(&self, at: usize) -> f64 {
+        self.marks[at].cut / f64::from(self.samples[at].max(1))
+    }
+
+    /// What hidden light can add to the image as shown.
+    pub fn truncation(&self, limit: &RadianceLimit) -> TruncationBound {
+        truncation::truncation((0..self.samples.len()).map(|at| (self.mean(at), self.cut(at))), limit)
+    }
+}

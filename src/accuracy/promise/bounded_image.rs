@@ -1,0 +1,157 @@
+//! An image whose error is known, and what can be painted of it.
+
+use super::{Kept, Task};
+use crate::accuracy::budget;
+use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::radiance_bound::RadianceLimit;
+use crate::prepare::coincident_solids;
+use crate::render::{Observer, Survey};
+use crate::report::{Report, TimeInfo};
+use std::time::Duration;
+
+/// An image with its error budget.
+#[derive(Debug, Clone)]
+pub struct Known {
+    /// The samples; a row is as wide as the region rendered.
+    pub samples: Gathered,
+    /// Rows of the region rendered.
+    pub height: u32,
+    /// Greatest radiance that a ray of this scene can bring.
+    pub limit: RadianceLimit,
+    /// Difference of each pixel to the same samples in f64, where all of them were compared.
+    pub rounding: Option<Vec<f64>>,
+    /// Confidence of what is said of the error.
+    pub confidence: f64,
+    /// Everything that was counted, timed, asked for and reached; no error where some pixels have no samples.
+    pub report: Report,
+    /// Share of the pixels that have samples; 1 unless interrupted or short of time.
+    pub done: f64,
+    /// It was sampled from coarse to fine: pixels without samples can be filled in.
+    coarse: bool,
+    /// True if it was cancelled.
+    pub cancelled: bool,
+    /// What [`resume`](super::resume) needs to go on, if it was cancelled and can be gone on with.
+    pub unfinished: Option<Kept>,
+}
+
+/// What `--aov` paints, one number a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Layer {
+    /// Half the width of the pixel's confidence interval.
+    Sampling,
+    /// What rays that were not traced can add to the pixel as shown.
+    Truncation,
+    /// Difference to the same samples in f64.
+    Rounding,
+    /// Samples.
+    Samples,
+    /// Rays in the longest path.
+    Depth,
+    /// Rays traced, shadow rays included.
+    Cost,
+}
+
+impl Layer {
+    /// All, as the command line names them.
+    pub const ALL: [Layer; 6] =
+        [Layer::Sampling, Layer::Truncation, Layer::Rounding, Layer::Samples, Layer::Depth, Layer::Cost];
+
+    /// As the command line and files name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Sampling => "sampling",
+            Layer::Truncation => "truncation",
+            Layer::Rounding => "rounding",
+            Layer::Samples => "samples",
+            Layer::Depth => "depth",
+            Layer::Cost => "cost",
+        }
+    }
+
+    /// What its numbers are.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Layer::Sampling => "half the interval, linear light",
+            Layer::Truncation => "light that may be missing, linear",
+            Layer::Rounding => "difference to f64, linear light",
+            Layer::Samples => "samples",
+            Layer::Depth => "rays in the longest path",
+            Layer::Cost => "rays traced",
+        }
+    }
+}
+
+impl std::str::FromStr for Layer {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Layer, String> {
+        let names = || Layer::ALL.map(Layer::name).join(", ");
+        Layer::ALL.into_iter().find(|l| l.name() == text).ok_or_else(|| format!("one of {}", names()))
+    }
+}
+
+impl Known {
+    /// The image, linear RGB. Pixels without samples are as the nearest that have some, where those are spread
+    /// over the image; else black.
+    pub fn linear(&self) -> Vec<[f32; 3]> {
+        if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
+    }
+
+    /// The numbers of a layer, rows from the top; NaN where a pixel has none.
+    pub fn layer(&self, layer: Layer) -> Vec<f64> {
+        let marks = || self.samples.marks.iter();
+        match layer {
+            Layer::Sampling => self.samples.half_widths(self.confidence),
+            Layer::Truncation => self.samples.hidden(&self.limit),
+            Layer::Rounding => {
+                self.rounding.clone().unwrap_or_else(|| vec![f64::NAN; self.samples.samples.len()])
+            }
+            Layer::Samples => self.samples.samples.iter().map(|n| f64::from(*n)).collect(),
+            Layer::Depth => marks().map(|m| f64::from(m.depth)).collect(),
+            Layer::Cost => marks().map(|m| f64::from(m.rays)).collect(),
+        }
+    }
+}
+
+/// What was rendered, and how long that took.
+pub(super) struct Image {
+    pub(super) samples: Gathered,
+    /// Rounding part, and pixels of which some sample took another way in f64.
+    pub(super) rounding: Option<(f64, u64)>,
+    pub(super) prepared: Duration,
+    pub(super) render: Duration,
+    /// Times of an earlier part of it.
+    pub(super) before: TimeInfo,
+    /// It was sampled from coarse to fine.
+    pub(super) coarse: bool,
+}
+
+impl Task<'_> {
+    /// The image with its budget; with none where pixels lack samples.
+    pub(super) fn known(self, image: Image, survey: &Survey) -> Known {
+        let Image { samples, rounding, prepared, render, before, coarse } = image;
+        let mut report = survey.report();
+        report.device = self.renderer.device().info();
+        report.warnings = survey.warnings.clone();
+        report.warnings.extend(coincident_solids::warnings(self.scene));
+        let traced: u64 = samples.samples.iter().map(|n| u64::from(*n)).sum();
+        let mean = traced as f64 / samples.samples.len().max(1) as f64;
+        report.settings.samples = mean.round() as u32;
+        report.settings.crop = self.settings.crop;
+        report.time = TimeInfo {
+            build: before.build + survey.built.as_secs_f64(),
+            first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
+            device: report.passes.iter().map(|p| p.seconds).sum(),
+            render: before.render + render.as_secs_f64(),
+            ..before
+        };
+        let done = samples.done();
+        let confidence = self.request.confidence;
+        report.error = (done == 1.0).then(|| budget::budget(&samples, &self.limit, rounding, confidence));
+        let height = samples.samples.len() as u32 / samples.width.max(1);
+        let cancelled = self.observer.cancelled();
+        let limit = self.limit;
+        let (rounding, unfinished) = (None, None);
+        Known { samples, height, limit, rounding, confidence, report, done, coarse, cancelled, unfinished }
+    }
+}

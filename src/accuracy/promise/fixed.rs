@@ -1,0 +1,80 @@
+//! `--budget`: the settings as they are, and what error they leave.
+
+use super::Task;
+use super::bounded_image::{Image, Known};
+use super::resume_state::{Kept, Stage};
+use super::traced::{Region, Tracing};
+use crate::accuracy::budget::{self, Rounding};
+use crate::accuracy::pixel_sums::Gathered;
+use crate::render::samples::Source;
+use crate::render::{Observer, RenderError, Survey};
+use crate::settings::{Precision, Settings};
+use std::time::Instant;
+
+impl Task<'_> {
+    /// All samples of all pixels, and the same again in f64 where the device has it.
+    pub(super) fn fixed(mut self, earlier: Option<Kept>) -> Result<Known, RenderError> {
+        let settings = self.settings.clone();
+        let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
+        let begun = survey.begun(self.renderer, self.scene, &settings);
+        let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
+        let mut images = match earlier {
+            None => Vec::new(),
+            Some(kept) => kept.taken_up(&begun, &mut survey)?.1,
+        }
+        .into_iter();
+        let region = Region::of(&settings);
+        let nothing = || Gathered::new(region.width, region.height, settings.replicates as usize);
+        let (mut image, mut truth) =
+            (images.next().unwrap_or_else(nothing), images.next().unwrap_or_else(nothing));
+
+        let start = Instant::now();
+        let compared = survey.precision() != Precision::Double && self.renderer.device().has_double();
+        self.observer.span(0.0, if compared { 0.5 } else { 1.0 });
+        self.all(&mut survey, &settings, &mut image)?;
+        let mut render = start.elapsed();
+        let mut prepared = survey.prepared;
+        let mut rounding = None;
+        if survey.precision() == Precision::Double {
+            rounding = Some(Rounding::none(image.samples.len()));
+        } else if compared && image.done() == 1.0 && !self.observer.cancelled() {
+            let double = Settings { precision: Precision::Double, ..settings.clone() };
+            let mut exact = Survey::new(self.renderer, self.scene, &double)?;
+            prepared += exact.prepared;
+            let start = Instant::now();
+            self.observer.span(0.5, 1.0);
+            self.all(&mut exact, &double, &mut truth)?;
+            render += start.elapsed();
+            if truth.done() == 1.0 {
+                rounding = Some(budget::rounding(&image, &truth));
+            }
+        }
+        let finished = image.done() == 1.0 && (rounding.is_some() || !compared);
+        let kept = (!finished && image.done() > 0.0).then(|| {
+            Kept::new(&self.request, survey.counted(begun), Stage::Settings, vec![image.clone(), truth])
+        });
+        let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
+        let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };
+        let mut known = self.known(image, &survey);
+        known.rounding = rounding.map(|r| r.pixels);
+        known.cancelled &= !finished;
+        known.unfinished = kept;
+        Ok(known)
+    }
+
+    /// The samples that `gathered` lacks, pixel by pixel in order.
+    fn all(
+        &mut self,
+        survey: &mut Survey,
+        settings: &Settings,
+        gathered: &mut Gathered,
+    ) -> Result<(), RenderError> {
+        let region = Region::of(settings);
+        let first = gathered.samples.iter().take_while(|n| **n > 0).count() as u32;
+        let places: Vec<u32> = (first..region.pixels()).collect();
+        let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+        let traced = tracing.trace(&places, 0..settings.samples)?;
+        gathered.add(&places, settings.samples, &traced);
+        Ok(())
+    }
+}

@@ -1,0 +1,247 @@
+//! Where paths are cut: the depth and the least throughput, from what a few pixels lose and cost.
+
+use super::traced::Tracing;
+use super::{DEEPEST, REPLICATES};
+use crate::accuracy::radiance_bound::RadianceLimit;
+use crate::render::RenderError;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// Depths that are tried, in this order.
+const LADDER: [u32; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 24, 32, 48, DEEPEST];
+/// Rungs that a ladder climbs beyond the first that hides nothing in the pixels looked at: the others may hide
+/// something yet, and empty depths cost next to nothing.
+const MARGIN: usize = 3;
+/// Pixels that are looked at.
+pub(super) const PIXELS: u32 = 4096;
+/// A deeper cut is not tried once a sample takes this many rays.
+const MOST_RAYS: f64 = 512.0;
+/// Fewest, where that many are in the region.
+const LEAST_PIXELS: f64 = 256.0;
+/// Greatest share of a region's pixels that is looked at, so that looking at a dozen cuts costs no more than a
+/// sample or two of every pixel.
+const PIXEL_SHARE: f64 = 1.0 / 32.0;
+/// Rays that one look may take, more or less.
+const LOOK_RAYS: f64 = 1e6;
+/// Shares of an error that a single ray may hide, tried as weight cuts; and that of all other looks, which keeps
+/// branching paths from growing without end.
+const SHARES: [f64; 3] = [1.0, 0.3, 0.1];
+const LEAST_SHARE: f64 = 0.02;
+
+/// A ray that hides less is not traced where time is short: an eighth of an 8-bit code.
+const NEGLIGIBLE: f64 = 5e-4;
+
+/// Pixels of the first look where time is short.
+const FIRST_PIXELS: u32 = 256;
+/// Share of the time for looks that one of them may take.
+const LOOK_SHARE: f64 = 0.3;
+/// RMS difference of a pixel to its neighbour that stands for it, as it is in ordinary pictures.
+const NEIGHBOUR: f64 = 0.1;
+
+/// A place to cut paths, and what it does in a few pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Cut {
+    pub(super) depth: u32,
+    pub(super) cutoff: f32,
+    /// Truncation part of the error.
+    pub(super) hidden: f64,
+    /// Rays of a sample.
+    pub(super) rays: f64,
+    /// Root of the expected squared error of [`REPLICATES`] samples a pixel.
+    pub(super) noise: f64,
+}
+
+impl Cut {
+    /// What it costs to make the sampling part small enough for the whole to be `target`, but for a
+    /// factor: samples go with the -4/3 power of their error (edges; Mitchell, SIGGRAPH 1996).
+    fn cost(&self, target: f64) -> f64 {
+        let left = target - self.hidden;
+        if left > 0.0 { self.rays * left.powf(-4.0 / 3.0) } else { f64::INFINITY }
+    }
+
+    /// Nothing is known of it.
+    pub(super) fn unseen(depth: u32, cutoff: f32) -> Cut {
+        Cut { depth, cutoff, hidden: 0.0, rays: 1.0, noise: 0.0 }
+    }
+
+    /// The error to expect of so many rays.
+    fn error(&self, rays: f64, pixels: u32) -> f64 {
+        self.hidden + self.sampling(rays, pixels)
+    }
+
+    /// Its sampling part. Where the rays do not even make a pilot, pixels are as their neighbours.
+    fn sampling(&self, rays: f64, pixels: u32) -> f64 {
+        let share = rays / (self.rays * f64::from(pixels) * f64::from(REPLICATES));
+        let untraced = (1.0 - share).max(0.0);
+        self.noise * share.max(1.0).powf(-0.75) + NEIGHBOUR * untraced.sqrt()
+    }
+}
+
+/// What cutting there does in a few pixels; `None` if cancelled or out of time.
+pub(super) fn look(
+    tracing: &mut Tracing<'_>,
+    limit: &RadianceLimit,
+    depth: u32,
+    cutoff: f32,
+    pixels: u32,
+) -> Result<Option<Cut>, RenderError> {
+    tracing.survey.cut_at(depth, cutoff);
+    let places = tracing.region.spread(pixels);
+    let seen = tracing.see(&places)?;
+    let count = seen.samples.len() as u32;
+    if (count as usize) < places.len() {
+        return Ok(None);
+    }
+    let rays: u64 = seen.marks.iter().map(|m| u64::from(m.rays)).sum();
+    let noise = seen.noise();
+    Ok(Some(Cut {
+        depth,
+        cutoff,
+        hidden: seen.truncation(limit).rms,
+        rays: rays as f64 / f64::from((count * REPLICATES).max(1)),
+        noise: (noise.squares / f64::from(count.max(1))).sqrt(),
+    }))
+}
+
+/// Pixels to look at after `last`, of `pixels`: fewer where samples take many rays.
+fn enough_pixels(pixels: u32, last: Option<&Cut>) -> u32 {
+    let rays = last.map_or(1.0, |c| 2.0 * c.rays);
+    let most = (PIXEL_SHARE * f64::from(pixels)).clamp(LEAST_PIXELS, f64::from(PIXELS));
+    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(LEAST_PIXELS, most) as u32
+}
+
+/// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
+/// too many rays.
+fn ladder(
+    tracing: &mut Tracing<'_>,
+    limit: &RadianceLimit,
+    after: u32,
+    cutoff: f32,
+    mut enough: impl FnMut(&[Cut]) -> bool,
+) -> Result<Vec<Cut>, RenderError> {
+    let mut rungs = Vec::new();
+    let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
+    for (i, &depth) in depths.iter().enumerate() {
+        match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), rungs.last())) {
+            Ok(Some(rung)) => rungs.push(rung),
+            Ok(None) => break,
+            // One sample's rays outgrew the queue: deeper ones would all the more.
+            Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
+            Err(error) => return Err(error),
+        }
+        let last = &rungs[rungs.len() - 1];
+        if last.hidden == 0.0 {
+            let beyond = depths[(i + MARGIN).min(depths.len() - 1)];
+            let deeper = Cut { depth: beyond, ..last.clone() };
+            rungs.push(deeper);
+            break;
+        }
+        if last.rays > MOST_RAYS || enough(&rungs) || tracing.observer.cancelled() {
+            break;
+        }
+    }
+    Ok(rungs)
+}
+
+/// The cheapest cut deeper than `after` for an error of `target`; the one that hides least where none will do.
+pub(super) fn for_error(
+    tracing: &mut Tracing<'_>,
+    limit: &RadianceLimit,
+    target: f64,
+    after: u32,
+) -> Result<Cut, RenderError> {
+    // Once a rung costs more than the best, deeper ones do too: they hide less, but not less than nothing.
+    let past_best = |rungs: &[Cut]| {
+        let best = rungs.iter().map(|r| r.cost(target)).fold(f64::INFINITY, f64::min);
+        rungs.last().is_some_and(|last| last.rays * target.powf(-4.0 / 3.0) > best)
+    };
+    let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
+    let least = if brightest.is_finite() { LEAST_SHARE * target / brightest.max(1.0) } else { 0.0 };
+    let mut cuts = ladder(tracing, limit, after, least as f32, past_best)?;
+    let deepest = cuts.iter().map(|c| c.depth).max().unwrap_or(1);
+    let reached = cuts.iter().any(|c| c.cost(target).is_finite());
+    if brightest > 0.0 && brightest.is_finite() && deepest > 1 {
+        for share in SHARES {
+            let cutoff = (share * target / brightest) as f32;
+            if cutoff >= 1.0 {
+                continue;
+            }
+            let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
+            match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), cuts.last())) {
+                Ok(Some(cut)) => cuts.push(cut),
+                Ok(None) | Err(RenderError::DoesNotFit(_)) => break,
+                Err(error) => return Err(error),
+            }
+            if tracing.observer.cancelled() {
+                break;
+            }
+        }
+    }
+    let least_hidden = cuts.iter().rev().min_by(|a, b| a.hidden.total_cmp(&b.hidden)).cloned();
+    Ok(best(&cuts, target).cloned().or(least_hidden).unwrap_or(Cut::unseen(1, 0.0)))
+}
+
+fn best(cuts: &[Cut], target: f64) -> Option<&Cut> {
+    // Of equals the deepest.
+    let possible = cuts.iter().rev().filter(|c| c.cost(target).is_finite());
+    possible.min_by(|a, b| a.cost(target).total_cmp(&b.cost(target)))
+}
+
+/// The cut of the least error for what is left of the time, `left()` seconds, and rays a second of the device; `None` if
+/// there was no time to look. No look is begun that would not be done `by` then.
+pub(super) fn for_time(
+    tracing: &mut Tracing<'_>,
+    limit: &RadianceLimit,
+    left: impl Fn() -> f64,
+    by: Instant,
+) -> Result<Option<(Cut, f64)>, RenderError> {
+    let all = tracing.region.pixels();
+    let brightest = limit.rgb.iter().fold(1.0, |m: f64, c| m.max(*c));
+    let cutoff = (NEGLIGIBLE / brightest) as f32;
+    let mut rungs: Vec<Cut> = Vec::new();
+    // Small looks are slow looks: the device is at least as fast as in the best of them.
+    let mut pace = 0.0;
+    for (i, depth) in LADDER.into_iter().enumerate() {
+        let in_time = by.saturating_duration_since(Instant::now()).as_secs_f64();
+        let pixels = match rungs.last() {
+            None => FIRST_PIXELS,
+            // Another depth at most doubles the rays of a sample.
+            Some(last) => {
+                let rays = 2.0 * last.rays * f64::from(REPLICATES);
+                enough_pixels(tracing.region.pixels(), Some(last))
+                    .min((LOOK_SHARE * in_time * pace / rays) as u32)
+            }
+        };
+        if in_time <= 0.0 || (i > 0 && pixels < FIRST_PIXELS / 4) {
+            break;
+        }
+        let start = Instant::now();
+        tracing.survey.finish_by(Some(by));
+        let seen = look(tracing, limit, depth, cutoff, pixels);
+        tracing.survey.finish_by(None);
+        let rung = match seen {
+            Ok(Some(rung)) => rung,
+            Ok(None) => break,
+            Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
+            Err(error) => return Err(error),
+        };
+        let rays = rung.rays * f64::from(tracing.region.spread(pixels).len() as u32 * REPLICATES);
+        pace = f64::max(pace, rays / start.elapsed().as_secs_f64());
+        let (nothing_hidden, many_rays) = (rung.hidden == 0.0, rung.rays > MOST_RAYS);
+        rungs.push(rung.clone());
+        if nothing_hidden {
+            let beyond = LADDER[(i + MARGIN).min(LADDER.len() - 1)];
+            rungs.push(Cut { depth: beyond, ..rung });
+            break;
+        }
+        // Deeper cuts err by their sampling part at least.
+        let rays = pace * left();
+        let best = rungs.iter().map(|r| r.error(rays, all)).fold(f64::INFINITY, f64::min);
+        if rung.sampling(rays, all) > best || many_rays || tracing.observer.cancelled() {
+            break;
+        }
+    }
+    let error = |cut: &Cut| cut.error(pace * left(), all);
+    let best = rungs.into_iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)));
+    Ok(best.map(|cut| (cut, pace)))
+}

@@ -1,0 +1,240 @@
+//! `--error`: the cheapest samples, depth and precision whose three parts come to the error asked for.
+
+use super::bounded_image::{Image, Known};
+use super::resume_state::{Chosen, Kept, Stage};
+use super::rounding::Rounded;
+use super::traced::{Region, Tracing};
+use super::truncation_choice::{self, Cut};
+use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
+use crate::accuracy::allocate::{Allocation, Goal, Outcome};
+use crate::render::samples::Source;
+use crate::render::{Mismatch, Observer, RenderError, Survey};
+use crate::settings::{Precision, Settings};
+use std::time::Instant;
+
+/// Share of the risk that the rounding part may be underestimated; the rest is the sampling part's.
+const ROUNDING_RISK: f64 = 0.1;
+/// Share of the error that a precision may take, if a better one is there.
+const ROUNDING_SHARE: f64 = 0.25;
+/// The rounding part is looked for in so many samples that what none of them shows is about a tenth of the
+/// error: `-ln(risk) / (0.1^2 * 16 samples)` over its square.
+const ROUNDING_SAMPLES: f64 = 40.0;
+/// Share of the error that the rounding part may take without being looked for in more samples.
+const ROUNDING_SMALL: f64 = 0.12;
+/// Least share of the error that is left to sampling; where more is lost to a cut, a deeper one is taken.
+const LEAST_SAMPLING: f64 = 0.3;
+
+/// Shares of the progress that the choice of precision and of cuts stand for.
+const CHOICE: [f64; 2] = [0.03, 0.08];
+
+impl Task<'_> {
+    /// Renders until the error is at most `target`, or says why it cannot be.
+    pub(super) fn until_error(mut self, target: f64, earlier: Option<Kept>) -> Result<Known, RenderError> {
+        let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
+        self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
+        let asked = self.settings.clone();
+        let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
+        let begun = survey.begun(self.renderer, self.scene, &asked);
+        let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
+        let start = Instant::now();
+        let mut chosen = match earlier {
+            Some(kept) => match kept.taken_up(&begun, &mut survey)?.0 {
+                Stage::Error(chosen) => *chosen,
+                Stage::Settings => return Err(Mismatch("it holds no samples of --error".into()).into()),
+            },
+            None => self.choose(&mut survey, target)?,
+        };
+        self.go_to(&mut survey, &chosen)?;
+        // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
+        while self.sample(&mut survey, target, &mut chosen)? == Sampled::LosesTooMuch {
+            let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
+            if self.observer.cancelled() {
+                survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
+                break;
+            }
+            survey.cut_at(cut.depth, cut.cutoff);
+            let last = cut.depth >= DEEPEST;
+            chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
+        }
+        let why = self.why_not(&chosen.cut, target, chosen.rounded.as_ref());
+        let capped = chosen.allocation.outcome() == Outcome::Capped;
+        let cancelled = self.observer.cancelled();
+        let samples =
+            if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
+        let rounding = chosen.rounded.map(|r| (r.part(&samples), r.pixels));
+        let kept = (cancelled && samples.done() > 0.0).then(|| {
+            let images = vec![chosen.allocation.take_gathered()];
+            Kept::new(&self.request, survey.counted(begun), Stage::Error(Box::new(chosen)), images)
+        });
+        let confidence = self.request.confidence;
+        let prepared = survey.prepared;
+        let render = start.elapsed();
+        let image = Image { samples, rounding, prepared, render, before, coarse: true };
+        let mut known = self.known(image, &survey);
+        let error = known.report.error.as_ref();
+        let met = error.is_some_and(|e| e.rounding.is_some() && e.total <= target);
+        let no_rounding = error.is_some_and(|e| e.rounding.is_none());
+        known.cancelled &= !met;
+        known.unfinished = kept.filter(|_| !met);
+        known.report.asked.error = Some(target);
+        known.report.asked.met = Some(met);
+        known.report.asked.unmet_why = (!met).then(|| {
+            if known.cancelled {
+                "it was interrupted".to_owned()
+            } else if let Some(why) = why {
+                why
+            } else if capped {
+                format!("some pixels need more than {MOST_SAMPLES} samples")
+            } else if no_rounding {
+                "the rounding part is not known: this device has no f64 to compare with".to_owned()
+            } else {
+                format!("what it takes at {:.0} % confidence was not reached", 100.0 * confidence)
+            }
+        });
+        Ok(known)
+    }
+
+    /// Precision and cut; of no meaning if it was cancelled meanwhile.
+    fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+        self.observer.span(0.0, CHOICE[0]);
+        let asked = survey.precision();
+        let rounded = self.precision_for(survey, target)?;
+        let double = survey.precision() != asked;
+        self.observer.span(CHOICE[0], CHOICE[1]);
+        let cut = self.cut_for(survey, target, 0)?;
+        Ok(Chosen { cut, last: false, double, rounded, allocation: self.allocation(target) })
+    }
+
+    /// Lets `survey` be as it was chosen.
+    fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
+        if chosen.double && survey.precision() != Precision::Double {
+            self.settings.precision = Precision::Double;
+            let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
+            let begun = survey.begun(self.renderer, self.scene, &self.settings);
+            exact.count(&survey.counted(begun));
+            *survey = exact;
+        }
+        survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
+        Ok(())
+    }
+
+    /// Nothing sampled yet.
+    fn allocation(&self, target: f64) -> Allocation {
+        let region = Region::of(&self.settings);
+        let confidence = self.sampling_confidence();
+        let pixels = region.pixels() as usize;
+        let goal = Goal::for_target(target, confidence, pixels, REPLICATES as usize, MOST_SAMPLES);
+        Allocation::new(region.width, region.height, REPLICATES as usize, goal)
+    }
+
+    /// The rounding part; in f64 where single precision takes too much of the error.
+    fn precision_for(&mut self, survey: &mut Survey, target: f64) -> Result<Option<Rounded>, RenderError> {
+        let whole = u64::from(Region::of(&self.settings).pixels()) * u64::from(REPLICATES);
+        // Edges of less than full contrast need less looking. Each look has its part of the risk.
+        let looks = [16, 4, 1];
+        let risk = (1.0 - self.request.confidence) * ROUNDING_RISK / looks.len() as f64;
+        let most = (ROUNDING_SAMPLES * -risk.ln() / 6.4 / (target * target)).min(whole as f64) as u64;
+        // Looked at where paths are not yet cut late: a deep path is a rare one, and as rarely rounded.
+        survey.cut_at(self.settings.depth.min(8), self.settings.cutoff);
+        let (mut rounded, mut exact) = (None, None);
+        for share in looks {
+            rounded = self.rounded(survey, &mut exact, most / share, risk, None)?;
+            if rounded.is_none_or(|r| r.part_at(16.0) < ROUNDING_SMALL * target) || self.observer.cancelled()
+            {
+                break;
+            }
+        }
+        let too_much = rounded.is_some_and(|r| r.part_at(16.0) > ROUNDING_SHARE * target);
+        if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
+            self.settings.precision = Precision::Double;
+            *survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+            return Ok(Some(Rounded::default()));
+        }
+        Ok(rounded)
+    }
+
+    fn cut_for(&mut self, survey: &mut Survey, target: f64, after: u32) -> Result<Cut, RenderError> {
+        let region = Region::of(&self.settings);
+        let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+        if self.request.keep_depth {
+            let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
+            let cut =
+                truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
+            return Ok(cut.unwrap_or(Cut::unseen(depth, cutoff)));
+        }
+        truncation_choice::for_error(&mut tracing, &self.limit, target, after)
+    }
+
+    /// Samples until the sum of the parts is the target, or it is cancelled.
+    fn sample(
+        &mut self,
+        survey: &mut Survey,
+        target: f64,
+        chosen: &mut Chosen,
+    ) -> Result<Sampled, RenderError> {
+        let region = Region::of(&self.settings);
+        loop {
+            // Everything is decided by what was sampled: one that goes on decides the same.
+            if chosen.allocation.bound().is_some() && !chosen.allocation.is_open() {
+                let image = chosen.allocation.gathered();
+                let hidden = image.truncation(&self.limit).rms;
+                let left = target - hidden - chosen.rounded.map_or(0.0, |r| r.part(image));
+                let too_much = left < LEAST_SAMPLING * target && hidden > 0.1 * target;
+                if too_much && !chosen.last && !self.request.keep_depth {
+                    return Ok(Sampled::LosesTooMuch);
+                }
+                // Where the rest is too much already, sample as if it were half.
+                chosen.allocation.aim_at(if left > 0.0 { left } else { 0.5 * target });
+            }
+            let Some(step) = chosen.allocation.next_step(f64::INFINITY) else { break };
+            if self.observer.cancelled() {
+                break;
+            }
+            let done = chosen.allocation.samples() as f64;
+            let more = step.pixels.len() as f64 * f64::from(step.samples.end - step.samples.start);
+            let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE[1]);
+            self.observer.span(CHOICE[1] + done / all, CHOICE[1] + (done + more) / all);
+            let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            chosen.allocation.record(&step, &traced);
+        }
+        Ok(Sampled::All)
+    }
+
+    /// What of the confidence is the sampling part's.
+    pub(super) fn sampling_confidence(&self) -> f64 {
+        1.0 - (1.0 - self.request.confidence) * (1.0 - ROUNDING_RISK)
+    }
+
+    fn why_not(&self, cut: &Cut, target: f64, rounded: Option<&Rounded>) -> Option<String> {
+        let rounding = rounded.map_or(0.0, |r| r.part_at(f64::from(MOST_SAMPLES)));
+        if cut.hidden >= target {
+            let why = match &self.limit.unbounded {
+                Some(why) => format!("light of rays that are not traced has no bound: {why}"),
+                None => format!("at depth {} they may hide {:.2e}", cut.depth, cut.hidden),
+            };
+            return Some(format!("rays that are not traced may hide more than was asked for: {why}"));
+        }
+        (rounding >= target)
+            .then(|| format!("rounding alone comes to {rounding:.2e}; try --precision f64 or a larger error"))
+    }
+}
+
+/// How sampling ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sampled {
+    /// At the goal, or as near as it comes, or cancelled.
+    All,
+    /// Another cut is needed.
+    LosesTooMuch,
+}
+
+/// Samples to expect in all, for the progress: they go with the -4/3 power of the error (edges; Mitchell,
+/// SIGGRAPH 1996). Before there is a bound, by the pixels that were looked at.
+fn ahead(chosen: &Chosen, target: f64, pixels: u32) -> f64 {
+    let (now, error, goal) = match (chosen.allocation.bound(), chosen.allocation.goal().target) {
+        (Some(now), Some(goal)) => (chosen.allocation.samples() as f64, now.bound, goal),
+        _ => (f64::from(pixels) * f64::from(REPLICATES), chosen.cut.noise, target - chosen.cut.hidden),
+    };
+    if goal > 0.0 { now * (error / goal).max(1.0).powf(4.0 / 3.0).min(1e6) } else { now }
+}

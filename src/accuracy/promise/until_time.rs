@@ -1,0 +1,233 @@
+//! `--time`: the least error that fits in a time.
+//!
+//! The deadline is that of the process, less what it takes to make, paint and write the image and to end. Every trace
+//! ends by it (`Survey::finish_by`), and nothing that was traced by then is lost: pixels come from coarse to
+//! fine, and steps may be cut anywhere.
+
+use super::bounded_image::{Image, Known};
+use super::traced::{Region, Tracing};
+use super::truncation_choice::{self, Cut};
+use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
+use crate::accuracy::allocate::{Allocation, Goal};
+use crate::accuracy::budget;
+use crate::accuracy::pixel_sums::Gathered;
+use crate::image::{Bits, Format, Metadata, View};
+use crate::render::samples::Source;
+use crate::render::{Observer, RenderError, Survey};
+use crate::report::TimeInfo;
+use crate::settings::{Precision, Settings};
+use std::io;
+use std::time::{Duration, Instant};
+
+/// A time counts as kept up to this share beyond it.
+pub const LATE: f64 = 0.05;
+/// Share of the time that is kept for what cannot be foretold.
+const SLACK: f64 = 0.01;
+/// What it takes to close a device, as a share of what it took to open it and to prepare the kernels: lavapipe
+/// took 2 to 5 %.
+const CLOSING: f64 = 0.06;
+/// Share of the time left that one step may take: what is sampled next is decided after each.
+const STEP_SHARE: f64 = 0.3;
+/// A step that would be shorter is not worth its overhead; seconds.
+const STEP_LEAST: f64 = 0.02;
+/// Share of the time that may go to the choice of a depth, and again to the rounding part.
+const PILOT_SHARE: f64 = 0.12;
+/// Pixels that are traced even where there is no time for any.
+const LEAST_PIXELS: usize = 256;
+/// Greatest depth of those.
+const LEAST_DEPTH: u32 = 4;
+
+/// When what has to be done.
+struct Clock {
+    from: Instant,
+    seconds: f64,
+    /// Seconds that making and writing the image and ending takes.
+    reserve: f64,
+}
+
+impl Clock {
+    fn end(&self) -> Instant {
+        let seconds = self.seconds * (1.0 - SLACK) - self.reserve;
+        self.from
+            + Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::from_secs(u32::MAX.into()))
+    }
+
+    /// Seconds to the end.
+    fn left(&self) -> f64 {
+        self.end().saturating_duration_since(Instant::now()).as_secs_f64()
+    }
+
+    /// When that share of the time that is left now will have passed.
+    fn share(&self, share: f64) -> Instant {
+        Instant::now() + self.end().saturating_duration_since(Instant::now()).mul_f64(share)
+    }
+}
+
+impl Task<'_> {
+    /// Renders until `seconds` after `from`, as well as that goes; then `layers` of it are painted.
+    pub(super) fn until_time(
+        mut self,
+        seconds: f64,
+        from: Instant,
+        layers: u32,
+    ) -> Result<Known, RenderError> {
+        self.observer.by_clock(from, seconds);
+        let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
+        self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
+        let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+        let start = Instant::now();
+        let region = Region::of(&self.settings);
+        let closing = CLOSING * survey.prepared.as_secs_f64();
+        let black = Gathered::new(region.width, region.height, REPLICATES as usize);
+        let reserve = closing + output_seconds(&black, &self, layers);
+        let mut clock = Clock { from, seconds, reserve };
+
+        let (cut, pace) = self.cut_in_time(&mut survey, &clock)?;
+        survey.cut_at(cut.depth, cut.cutoff);
+        let rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
+        survey.cut_at(cut.depth, cut.cutoff);
+        let allocation = self.sample_in_time(&mut survey, &mut clock, pace, closing, layers)?;
+
+        let short = allocation.bound().is_none();
+        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared, start.elapsed());
+        let rounding = rounded.map(|r| (r.part(&samples), r.pixels));
+        let pilot = samples.done();
+        let before = TimeInfo::default();
+        let mut known =
+            self.known(Image { samples, rounding, prepared, render, before, coarse: true }, &survey);
+        known.report.asked.time = Some(seconds);
+        known.report.asked.met = Some(!short && !known.cancelled);
+        known.report.asked.unmet_why = if known.cancelled {
+            Some("it was interrupted".into())
+        } else if short {
+            // Looks and kernels were paid for; the rest goes with the pixels.
+            let fixed = (start - from).as_secs_f64() + clock.reserve;
+            let needed = fixed + render.as_secs_f64() / pilot.max(1e-3);
+            Some(format!(
+                "{seconds} s is too short for {REPLICATES} samples of every pixel, which take about {needed:.1} s \
+                 ({fixed:.1} s of them to prepare and to write): {:.0} % of the pixels stand for all, and the error is \
+                 not known; a smaller --size helps",
+                100.0 * pilot
+            ))
+        } else {
+            None
+        };
+        Ok(known)
+    }
+
+    /// Where to cut, from a few pixels, and the pace of the device in rays a second.
+    fn cut_in_time(&mut self, survey: &mut Survey, clock: &Clock) -> Result<(Cut, f64), RenderError> {
+        let region = Region::of(&self.settings);
+        let by = clock.share(PILOT_SHARE);
+        let start = Instant::now();
+        let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+        if !self.request.keep_depth {
+            let found = truncation_choice::for_time(&mut tracing, &self.limit, || clock.left(), by)?;
+            return Ok(found.unwrap_or((Cut::unseen(LEAST_DEPTH, 0.0), 0.0)));
+        }
+        let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
+        tracing.survey.finish_by(Some(by));
+        let found =
+            truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
+        let Some(cut) = found else { return Ok((Cut::unseen(depth, cutoff), 0.0)) };
+        let rays = cut.rays * f64::from(region.spread(truncation_choice::PIXELS).len() as u32 * REPLICATES);
+        Ok((cut, rays / start.elapsed().as_secs_f64()))
+    }
+
+    /// The rounding part, if there is time for it: its kernels may have to be compiled.
+    fn rounded_in_time(
+        &mut self,
+        survey: &mut Survey,
+        clock: &Clock,
+        samples_per_second: f64,
+    ) -> Result<Option<super::rounding::Rounded>, RenderError> {
+        let share = PILOT_SHARE * clock.left();
+        let single = survey.precision() != Precision::Double;
+        if single && 2.0 * survey.prepared.as_secs_f64() > share {
+            return Ok(None);
+        }
+        // In f64 they take about twice the time again.
+        let samples = (share / 3.0 * samples_per_second) as u64;
+        let risk = 0.1 * (1.0 - self.request.confidence);
+        self.rounded(survey, &mut None, samples, risk, Some(clock.share(3.0 * PILOT_SHARE)))
+    }
+
+    /// All samples for which there is time.
+    fn sample_in_time(
+        &mut self,
+        survey: &mut Survey,
+        clock: &mut Clock,
+        mut pace: f64,
+        closing: f64,
+        layers: u32,
+    ) -> Result<Allocation, RenderError> {
+        let region = Region::of(&self.settings);
+        let confidence = self.sampling_confidence();
+        let goal = Goal { target: None, confidence, pilot: REPLICATES, most: MOST_SAMPLES };
+        let mut allocation = Allocation::new(region.width, region.height, REPLICATES as usize, goal);
+        while !self.observer.cancelled() && clock.left() > 0.0 {
+            let budget = match allocation.bound() {
+                // Half of the pilot tells what writing the image takes.
+                None if allocation.rays() == 0 && pace > 0.0 => (0.5 * clock.left() * pace).max(1e4),
+                None => f64::INFINITY,
+                Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * pace,
+            };
+            let Some(step) = allocation.next_step(budget) else { break };
+            let piloting = allocation.bound().is_none();
+            let (before, start) = (allocation.rays(), Instant::now());
+            survey.finish_by(Some(clock.end()));
+            let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            let cut_short = traced.marks.len() < step.pixels.len();
+            allocation.record(&step, &traced);
+            if cut_short {
+                break;
+            }
+            let now = (allocation.rays() - before) as f64 / start.elapsed().as_secs_f64();
+            // Short steps are slow steps: the next one is planned at a pace between.
+            pace = if pace > 0.0 { 0.5 * (pace + now) } else { now };
+            if piloting {
+                let reserve = closing + output_seconds(allocation.gathered(), self, layers);
+                clock.reserve = clock.reserve.max(reserve);
+            }
+        }
+        if allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
+            // Too late for anything: as little as shows something.
+            survey.finish_by(None);
+            survey.cut_at(survey.settings().depth.min(LEAST_DEPTH), survey.settings().cutoff);
+            if let Some(step) = allocation.next_step(f64::INFINITY) {
+                let few = &step.pixels[..step.pixels.len().min(LEAST_PIXELS)];
+                let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+                let traced = tracing.trace(few, step.samples.clone())?;
+                allocation.record(&step, &traced);
+            }
+        }
+        Ok(allocation)
+    }
+}
+
+/// Seconds that it takes to make, paint and write the image, from doing it with the samples there are.
+fn output_seconds(image: &Gathered, task: &Task<'_>, layers: u32) -> f64 {
+    let clock = Instant::now();
+    let linear = image.filled();
+    let height = linear.len() as u32 / image.width.max(1);
+    let view = View { width: image.width, height, linear: &linear };
+    // Errors cannot be: nothing is written anywhere.
+    let _ = Format::Png(Bits::Eight).encode(view, &Metadata::default(), &mut io::sink());
+    let _ = crate::image::linear_sha256(&linear);
+    let written = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let _ = budget::budget(image, &task.limit, None, task.request.confidence);
+    let known = clock.elapsed().as_secs_f64();
+    let mut painted = 0.0;
+    if layers > 0 {
+        // The intervals of pixels are what takes longest, of which some tell.
+        let clock = Instant::now();
+        let some = image.samples.len().min(1024);
+        let _ = image.half_widths_of(0..some, task.request.confidence);
+        let share = image.samples.len() as f64 / some.max(1) as f64;
+        painted = clock.elapsed().as_secs_f64() * share + 3.0 * f64::from(layers) * written;
+    }
+    // A file system is slower than memory, and samples pack worse than black.
+    2.5 * written + 1.5 * (known + painted) + 0.01
+}

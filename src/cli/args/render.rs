@@ -1,0 +1,150 @@
+//! `whitted render`.
+
+use super::values::{self, Crop, Output, Size};
+use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use crate::accuracy::promise::Layer;
+use crate::settings::sampler::Sampler;
+use crate::settings::{Origin, Precision};
+use clap::Args;
+use std::path::PathBuf;
+
+const RENDER_HELP: &str = concat!(
+    "\
+Examples:
+  whitted render scenes/cornell.toml -o cornell.png
+  whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
+  whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
+  whitted render scenes/cornell.toml -o good.png --error 0.01
+  whitted render scenes/cornell.toml -o quick.png --time 2
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
+
+Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
+appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
+exits with 130; a second Ctrl-C ends at once and saves nothing. What is finished by then is kept \
+beside the image in OUT.partial: the same command with --resume goes on from there, and the image \
+is the same, bit for bit, as if it had not been interrupted. Only --time leaves nothing to go on from.
+
+",
+    exit_codes!()
+);
+
+/// `whitted render`.
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_HELP)]
+pub struct RenderArgs {
+    /// Scene text (TOML)
+    pub scene: PathBuf,
+
+    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
+    #[arg(short, long, value_name = "FILE", value_parser = values::output())]
+    pub output: Output,
+
+    /// What the picture is made of.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+
+    /// Say how wrong the image may be.
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
+
+    /// Bits per channel of a PNG [default: 8]
+    #[arg(long, value_parser = ["8", "16"])]
+    pub bits: Option<String>,
+
+    /// Write times, rays and settings as JSON
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+
+    /// Tell afterwards what was planned and what each part took, and measure what each feature that the scene lacks would have cost; takes some seconds more
+    #[arg(long, conflicts_with_all = ["resume", "error", "time", "budget", "aov"])]
+    pub receipt: bool,
+
+    /// Go on with an interrupted render from OUT.partial, if that is there; else begin
+    #[arg(long)]
+    pub resume: bool,
+
+    /// Run under the Vulkan validation layer; any message is a failure
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Device to use.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+
+    /// How the work is cut.
+    #[command(flatten)]
+    pub schedule: ScheduleArgs,
+
+    /// How much to say.
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+}
+
+/// What a picture is made of: the scene's own settings, unless said otherwise.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Samples per pixel [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub samples: Option<u32>,
+
+    /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
+    #[arg(long, value_name = "D", value_parser = values::positive())]
+    pub depth: Option<u32>,
+
+    /// Do not trace rays that can add less than this share of their light to the pixel, in [0, 1)
+    #[arg(long, value_name = "T", value_parser = values::cutoff, default_value_t = 0.0)]
+    pub cutoff: f32,
+
+    /// How the samples of a pixel are spread over it: `random`, `stratified` (jittered) or `owen` (scrambled Sobol points)
+    #[arg(long, value_name = "WHICH", default_value = "owen")]
+    pub sampler: Sampler,
+
+    /// Seed of the sampler
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
+    #[arg(long, value_name = "WHICH", value_parser = values::precision, help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]")]
+    pub precision: Option<Precision>,
+
+    /// Where secondary rays start: `bound` (off the surface by an error bound) or `fixed:X` (X metres along the ray, for measuring)
+    #[arg(long, value_name = "WHICH", value_parser = values::origin, default_value = "bound")]
+    pub origin: Origin,
+
+    /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size
+    #[arg(long, value_name = "x0,y0,x1,y1")]
+    pub crop: Option<Crop>,
+}
+
+/// How wrong the image may be.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Accuracy")]
+pub struct AccuracyArgs {
+    /// State the error of the image in three parts: sampling, truncation, rounding
+    #[arg(long)]
+    pub budget: bool,
+
+    /// Choose samples, depth and precision so that the RMSE, in linear light from 0 to 1, is at most this
+    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "replicates"])]
+    pub error: Option<f64>,
+
+    /// Choose samples and depth so that the error is least in this many seconds of wall time
+    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "resume", "replicates"])]
+    pub time: Option<f64>,
+
+    /// Confidence of what is said and promised, in (0, 1)
+    #[arg(long, value_name = "P", value_parser = values::confidence, default_value_t = 0.95)]
+    pub confidence: f64,
+
+    /// Paint what is known of each pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other images
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
+    pub aov: Vec<Layer>,
+
+    /// Independent sets that the samples of a pixel are dealt to; divides the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
+    #[arg(long, value_name = "R", value_parser = values::positive())]
+    pub replicates: Option<u32>,
+}

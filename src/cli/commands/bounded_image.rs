@@ -1,0 +1,198 @@
+//! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image whose error is known.
+
+use super::load;
+use super::render::{Deliver, say_layers};
+use crate::accuracy::promise::{self, Kept, Known, Layer, Request, Target};
+use crate::cli::args::{Output, RenderArgs};
+use crate::cli::console::Console;
+use crate::cli::failure::Failure;
+use crate::cli::progress::{self, Progress, Style};
+use crate::cli::state::StateFile;
+use crate::image::{Format, Metadata, heat};
+use crate::render::{Rendered, Renderer};
+use crate::report::Report;
+use crate::settings::{Precision, Settings};
+use crate::{atomic_file, units};
+use anyhow::Context;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Most replicates where none are asked for: few, since an evenly spread set gains from being large.
+const REPLICATES: u32 = 4;
+/// As many where each pixel's own interval is painted: from there Student's t covers what it claims.
+const REPLICATES_OF_PIXELS: u32 = 16;
+
+/// True if anything is asked of the image's error.
+pub(super) fn is_wanted(args: &RenderArgs) -> bool {
+    let a = &args.accuracy;
+    a.error.is_some() || a.time.is_some() || a.budget || !a.aov.is_empty()
+}
+
+/// The replicates of an image of whose error nothing is asked.
+pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
+    settings.replicates = replicates(args.accuracy.replicates, 1, settings.samples)?;
+    Ok(())
+}
+
+/// What the arguments ask of the image's error; `settings` get their replicates.
+fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Result<Request, Failure> {
+    let a = &args.accuracy;
+    let target = match (a.error, a.time) {
+        (Some(error), _) => Target::Error(error),
+        (_, Some(seconds)) => Target::Time { seconds, from: started, layers: a.aov.len() as u32 },
+        _ => Target::Settings,
+    };
+    if target == Target::Settings {
+        if settings.samples < 2 {
+            return Err(Failure::Usage(
+                "one sample a pixel says nothing of its error: take --samples 2 or more, or --error".into(),
+            ));
+        }
+        let most = if a.aov.contains(&Layer::Sampling) { REPLICATES_OF_PIXELS } else { REPLICATES };
+        settings.replicates = replicates(a.replicates, most, settings.samples)?;
+        if settings.replicates < 2 {
+            return Err(Failure::Usage("a budget needs --replicates 2 or more".into()));
+        }
+    }
+    Ok(Request {
+        target,
+        confidence: a.confidence,
+        keep_depth: args.picture.depth.is_some(),
+        keep_precision: args.picture.precision.is_some(),
+    })
+}
+
+/// The number asked for, or the largest up to `most` that divides the samples; of a prime, all of them.
+fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failure> {
+    match asked {
+        Some(r) if samples.is_multiple_of(r) => Ok(r),
+        Some(r) => Err(Failure::Usage(format!("--replicates {r} does not divide {samples} samples"))),
+        None if most == 1 => Ok(1),
+        None => Ok((2..=most.min(samples)).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples)),
+    }
+}
+
+/// Renders and delivers.
+pub(super) fn run(
+    args: &RenderArgs,
+    format: Format,
+    state: Option<StateFile>,
+    started: Instant,
+    console: &mut Console,
+) -> Result<(), Failure> {
+    let earlier = match &state {
+        Some(state) => state.earlier(args.resume, Kept::read, console)?,
+        None => None,
+    };
+    let (scene, scene_seconds) = load(&args.scene)?;
+    let mut settings = super::render::settings(&args.picture, &args.schedule, &scene)?;
+    let request = request(args, &mut settings, started)?;
+    progress::catch_interrupts()?;
+    let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
+    let label = match request.target {
+        Target::Settings => "rendering".to_owned(),
+        Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
+        Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
+    };
+    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
+    let known = promise::resume(&mut renderer, &scene, &settings, &request, earlier, &mut progress);
+    drop(progress);
+    let mut known = known.map_err(|error| match &state {
+        Some(state) => state.explain(error),
+        None => error.into(),
+    })?;
+    known.report.time.scene += scene_seconds;
+    let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
+    let names = paint(args, format, &known, &layers)?;
+    let channels: Vec<(&str, Vec<f32>)> = layers
+        .iter()
+        .map(|(layer, values)| (layer.name(), values.iter().map(|v| *v as f32).collect()))
+        .collect();
+    let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
+    let rendered = Rendered {
+        width: known.samples.width,
+        height: known.height,
+        linear: known.linear(),
+        done: known.done,
+        report: known.report,
+        unfinished: None,
+    };
+    let report = Deliver { args, format, channels: &channels }.deliver(rendered, started, console)?;
+    let file = &report.image.file;
+    say_layers(&names, console);
+    super::render::validated(&renderer.validation_messages(), console)?;
+    if cancelled {
+        let then = match (&state, unfinished) {
+            (Some(state), Some(mut unfinished)) => {
+                unfinished.begun.time = report.time.clone();
+                state.save(|out| unfinished.write(out))?;
+                format!("; go on with --resume (from {})", state.path().display())
+            }
+            _ => String::new(),
+        };
+        return Err(Failure::Interrupted(format!(
+            "interrupted: the image as it is, is saved in {file}{then}"
+        )));
+    }
+    if let Some(state) = state.filter(|_| args.resume) {
+        state.remove()?;
+    }
+    match (report.asked.met, &report.asked.unmet_why) {
+        (Some(false), why) => Err(Failure::Unmet(format!(
+            "what was asked for was not reached: {}; the image is saved in {file}",
+            why.as_deref().unwrap_or_default()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// A time that was asked for and has passed is not kept, whatever else was.
+pub(super) fn late(report: &mut Report) {
+    let asked = &mut report.asked;
+    if let (Some(time), Some(true)) = (asked.time, asked.met)
+        && report.time.wall > (1.0 + promise::LATE) * time
+    {
+        asked.met = Some(false);
+        asked.unmet_why = Some(format!("it took {}", units::seconds(report.time.wall)));
+    }
+}
+
+/// Layers as pictures beside an image whose format has no room for them.
+fn paint(
+    args: &RenderArgs,
+    format: Format,
+    known: &Known,
+    layers: &[(Layer, Vec<f64>)],
+) -> Result<Vec<PathBuf>, Failure> {
+    let (Output::File(path, _), false) = (&args.output, format == Format::Exr) else { return Ok(Vec::new()) };
+    let mut names = Vec::new();
+    for (layer, values) in layers {
+        let name = path.with_extension(format!("{}.png", layer.name()));
+        let what = format!("{}: {}", layer.name(), layer.unit());
+        let painted = heat::paint(values, known.samples.width, heat::Range::Auto, &what);
+        let metadata = Metadata::of(&known.report, known.done);
+        atomic_file::write(&name, |out| painted.write(&metadata, out))
+            .with_context(|| format!("cannot write {}", name.display()))?;
+        names.push(name);
+    }
+    Ok(names)
+}
+
+/// For the check before the work: layers cannot go to standard output, and are of known precision.
+pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
+    let a = &args.accuracy;
+    if !a.aov.is_empty() && matches!(args.output, Output::Stdout) {
+        return Err(Failure::Usage("--aov writes files beside the image; -o - has no place for them".into()));
+    }
+    if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
+        return Err(Failure::Usage(
+            "--aov rounding compares every sample with f64: take it with --budget, not with --error or --time".into(),
+        ));
+    }
+    if args.picture.precision == Some(Precision::Fast) && a.error.is_some() {
+        return Err(Failure::Usage(
+            "--precision fast has no bound on its mistakes; --error takes robust or f64".into(),
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,91 @@
+//! `whitted calibrate`.
+
+use super::render::write_json;
+use super::{command_line, load};
+use crate::atomic_file;
+use crate::cli::args::{CalibrateArgs, Promise};
+use crate::cli::console::{Console, print};
+use crate::cli::failure::Failure;
+use crate::cli::progress::{self, Progress, Style};
+use crate::lab::calibrate::{Calibration, Plan};
+use crate::render::Renderer;
+use crate::scene::Scene;
+use anyhow::Context;
+use std::path::{Path, PathBuf};
+
+/// Where the scenes are if none is named.
+const FOLDER: &str = "scenes";
+
+/// Tries the promises and says how often they were kept.
+pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
+    let json_file = args.json.iter().filter(|p| p.as_os_str() != "-");
+    for path in args.output.iter().chain(json_file) {
+        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    let scenes = scenes(&args.scenes)?;
+    let plan = plan(args);
+    progress::catch_interrupts()?;
+    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let mut bar = Progress::new(style, "calibrating");
+    let mut say = |name: &str| {
+        if console.is_verbose() {
+            console.say(name);
+        }
+    };
+    let measured = Calibration::measure(&mut renderer, &scenes, &plan, &mut bar, &mut say);
+    drop(bar);
+    let calibration = measured?;
+    let page = calibration.page(&command_line());
+    match &args.json {
+        Some(path) if path.as_os_str() == "-" => {
+            let text =
+                serde_json::to_string_pretty(&calibration).context("cannot express the trials as JSON")?;
+            print(&(text + "\n"))?;
+        }
+        Some(path) => write_json(path, &calibration)?,
+        None => {}
+    }
+    match &args.output {
+        Some(path) => atomic_file::write(path, |out| out.write_all(page.as_bytes()))
+            .with_context(|| format!("cannot write {}", path.display()))?,
+        None if args.json.as_deref() == Some(Path::new("-")) => console.say(&page),
+        None => print(&page)?,
+    }
+    match calibration.complete {
+        true => Ok(()),
+        false => Err(Failure::Interrupted("interrupted: the tables hold the trials there are".into())),
+    }
+}
+
+fn plan(args: &CalibrateArgs) -> Plan {
+    let tried = |promise| args.only.is_empty() || args.only.contains(&promise);
+    Plan {
+        width: args.size.width,
+        height: args.size.height,
+        seeds: args.seeds,
+        runs: args.runs,
+        samples: if tried(Promise::Budget) { args.samples.clone() } else { Vec::new() },
+        errors: if tried(Promise::Error) { args.errors.clone() } else { Vec::new() },
+        times: if tried(Promise::Time) { args.times.clone() } else { Vec::new() },
+        confidence: args.confidence,
+    }
+}
+
+/// The scenes named, or all there are.
+fn scenes(named: &[PathBuf]) -> Result<Vec<(String, Scene)>, Failure> {
+    let mut files = named.to_vec();
+    if files.is_empty() {
+        let entries = std::fs::read_dir(FOLDER).into_iter().flatten().flatten();
+        files.extend(entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "toml")));
+        files.sort();
+    }
+    if files.is_empty() {
+        return Err(Failure::Usage(format!("there is no scene in a folder {FOLDER} here: name some")));
+    }
+    let read = |path: &PathBuf| {
+        let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        Ok((name, load(path)?.0))
+    };
+    files.iter().map(read).collect()
+}

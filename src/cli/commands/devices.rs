@@ -1,0 +1,206 @@
+//! `whitted devices`.
+
+use crate::cli::args::DevicesArgs;
+use crate::cli::console::print;
+use crate::cli::failure::Failure;
+use crate::plan::Switched;
+use crate::render::RenderError;
+use crate::render::self_test::{self, Arithmetic, SelfTest};
+use crate::settings::DeviceChoice;
+use crate::units::{bytes, grouped, number};
+use crate::vk::{self, Device, DeviceSummary};
+use anyhow::Context;
+use serde::Serialize;
+use std::rc::Rc;
+
+/// A device, and what its arithmetic is worth.
+#[derive(Debug, Serialize)]
+struct Listed {
+    #[serde(flatten)]
+    device: DeviceSummary,
+    /// `None` where the device cannot be used, or not be opened.
+    arithmetic: Option<SelfTest>,
+    /// `None` where the device cannot be used, or not be opened.
+    switched: Option<Switched>,
+}
+
+impl Listed {
+    fn new(device: DeviceSummary) -> Listed {
+        let open = || Device::new(&DeviceChoice::Index(device.index), false).ok();
+        let opened = if device.unusable.is_some() { None } else { open().map(Rc::new) };
+        let arithmetic = opened.as_ref().and_then(|device| self_test::run(device).ok());
+        let switched = opened.map(|device| Switched::of(&device.limits()));
+        Listed { device, arithmetic, switched }
+    }
+}
+
+/// Lists the devices on standard output.
+pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
+    let devices: Vec<Listed> = vk::list().map_err(RenderError::from)?.into_iter().map(Listed::new).collect();
+    let text = if args.json {
+        serde_json::to_string_pretty(&devices).context("cannot express the devices as JSON")? + "\n"
+    } else {
+        listing(&devices)
+    };
+    print(&text)
+}
+
+fn listing(devices: &[Listed]) -> String {
+    if devices.is_empty() {
+        return "no Vulkan device\n".into();
+    }
+    devices.iter().map(block).collect::<Vec<_>>().join("\n")
+}
+
+/// One device: a heading, then a line for each thing to know.
+fn block(listed: &Listed) -> String {
+    let d = &listed.device;
+    let usable = match (&d.unusable, d.default) {
+        (Some(why), _) => format!("no: {why}"),
+        (None, true) => "yes; taken unless --device names another".into(),
+        (None, false) => format!("yes, with --device {}", d.index),
+    };
+    let timing = match d.timestamp_bits {
+        0 => "no timestamps: the wall time of each submit is shared out evenly over its passes".into(),
+        bits => {
+            format!(
+                "timestamps of {bits} bits, {} ns a tick: each pass is timed",
+                number(d.timestamp_period.into())
+            )
+        }
+    };
+    let doubles = match d.float64 {
+        true => "yes: --precision f64 can be had",
+        false => "no: --precision f64 is refused; robust, the default, does without",
+    };
+    let rows = [
+        ("usable", usable),
+        ("type", d.kind.clone()),
+        ("driver", format!("{}, Vulkan {}", d.driver, d.api)),
+        ("UUID", d.uuid.clone()),
+        ("memory", format!("{}; {} in one buffer", bytes(d.heap), bytes(d.storage_range))),
+        (
+            "kernels",
+            format!(
+                "{} invocations a workgroup, {} a subgroup; {} storage buffers, {} of push constants",
+                grouped(d.workgroup_invocations.into()),
+                d.subgroup_size,
+                grouped(d.storage_buffers.into()),
+                bytes(d.push_constants.into()),
+            ),
+        ),
+        ("ways", ways(listed.switched)),
+        ("timing", timing),
+        ("fp64", doubles.into()),
+        ("numbers", numbers(listed.arithmetic.as_ref())),
+    ];
+    rows.iter().fold(format!("device {}: {}\n", d.index, d.name), |text, (name, line)| {
+        text + &format!("  {name:<8} {line}\n")
+    })
+}
+
+/// What the device's kind and limits switch.
+fn ways(switched: Option<Switched>) -> String {
+    let Some(s) = switched else { return "not known".into() };
+    let all = [
+        if s.texels { "reads texels" } else { "reads storage buffers" },
+        if s.packets { "a subgroup's rays walk together" } else { "each ray walks alone" },
+        if s.fused { "one kernel a depth for many samples" } else { "a kernel for each stage" },
+    ];
+    all.join("; ")
+}
+
+/// The verdict of the self-test.
+fn numbers(arithmetic: Option<&SelfTest>) -> String {
+    let Some(test) = arithmetic else { return "not tested".into() };
+    let one = |a: &Arithmetic| {
+        let faults = a.faults();
+        let exact = if faults.is_empty() {
+            format!(
+                "exact where it must be, division {} ulp, root {} ulp",
+                number(a.division_ulp),
+                number(a.sqrt_ulp)
+            )
+        } else {
+            format!("not to be trusted: {}", faults.join("; "))
+        };
+        exact + if a.flushes_denormals { ", denormals flushed" } else { "" }
+    };
+    let double = test.double.as_ref().map_or(String::new(), |a| format!(" | f64: {}", one(a)));
+    format!("f32: {}{double}", one(&test.single))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device(index: usize, unusable: Option<&str>) -> Listed {
+        let device = DeviceSummary {
+            index,
+            default: index == 0,
+            name: "llvmpipe".into(),
+            kind: "cpu".into(),
+            driver: "llvmpipe Mesa 22.3.6".into(),
+            api: "1.3.230".into(),
+            uuid: "00112233445566778899aabbccddeeff".into(),
+            storage_range: 1 << 27,
+            heap: 3 << 29,
+            workgroup_invocations: 1024,
+            subgroup_size: 8,
+            push_constants: 256,
+            storage_buffers: 16,
+            timestamp_bits: 64 * (1 - index as u32 % 2),
+            timestamp_period: 1.0,
+            float64: index != 1,
+            unusable: unusable.map(Into::into),
+        };
+        let lavapipe = crate::plan::Limits::LAVAPIPE;
+        let limits = crate::plan::Limits { is_cpu: index == 0, ..lavapipe };
+        Listed { device, arithmetic: None, switched: (index != 1).then(|| Switched::of(&limits)) }
+    }
+
+    #[test]
+    fn arithmetic_that_cannot_be_trusted_says_why() {
+        let sound = Arithmetic { division_ulp: 0.5, sqrt_ulp: 0.5, ..Arithmetic::default() };
+        let fused = Arithmetic { contracted: 3, ..sound };
+        let text = numbers(Some(&SelfTest { single: fused, double: Some(sound) }));
+        assert!(text.starts_with("f32: not to be trusted: 3 of 4096 products were fused"), "{text}");
+        assert!(text.contains("| f64: exact where it must be"), "{text}");
+    }
+
+    #[test]
+    fn each_device_is_a_block_with_its_faults_and_second_ways() {
+        let text = listing(&[device(0, None), device(1, Some("it has no Vulkan 1.2")), device(2, None)]);
+        let blocks: Vec<&str> = text.split("\n\n").collect();
+        assert_eq!(blocks.len(), 3, "{text}");
+        for (block, parts) in blocks.iter().zip([
+            [
+                "device 0: llvmpipe",
+                "yes; taken unless",
+                "1.50 GiB; 128 MiB in one buffer",
+                "each pass is timed",
+                "reads texels; a subgroup's rays walk together; one kernel a depth",
+            ],
+            [
+                "device 1: llvmpipe",
+                "no: it has no Vulkan 1.2",
+                "--precision f64 is refused",
+                "shared out evenly",
+                "not known",
+            ],
+            [
+                "device 2: llvmpipe",
+                "yes, with --device 2",
+                "reads storage buffers; each ray walks alone; a kernel for each stage",
+                "1,024 invocations",
+                "64 bits, 1 ns a tick",
+            ],
+        ]) {
+            for part in parts {
+                assert!(block.contains(part), "{part} is not in\n{block}");
+            }
+        }
+        assert!(text.lines().all(|line| line.len() <= 100), "{text}");
+        assert_eq!(listing(&[]), "no Vulkan device\n");
+    }
+}

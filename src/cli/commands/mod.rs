@@ -1,0 +1,54 @@
+//! What the commands do. Standard output gets images and listings only; all else goes to standard error.
+
+mod bounded_image;
+pub mod calibrate;
+pub mod compare;
+pub mod devices;
+pub mod gallery;
+pub mod generate;
+pub mod render;
+pub mod plan;
+pub mod profile;
+pub mod stress;
+pub mod sweep;
+
+use crate::cli::args::{Cli, Command, Verbosity};
+use crate::cli::console::Console;
+use crate::cli::failure::Failure;
+use crate::scene::{self, Scene};
+use std::path::Path;
+use std::time::Instant;
+
+/// Runs one command; `started` is when the process did.
+pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
+    match &cli.command {
+        Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Devices(args) => devices::run(args),
+        Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),
+        Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Generate(shape) => generate::run(shape),
+        Command::Sweep(args) => sweep::run(args, &mut Console::new(args.verbosity)),
+        Command::Compare(args) => {
+            compare::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
+        }
+        Command::Calibrate(args) => calibrate::run(args, &mut Console::new(args.verbosity)),
+        Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
+    }
+}
+
+/// The command line as it was given.
+fn command_line() -> String {
+    let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
+    std::iter::once("whitted".to_owned())
+        .chain(std::env::args().skip(1).map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Reads a scene; also the seconds that took.
+fn load(path: &Path) -> Result<(Scene, f64), Failure> {
+    let start = Instant::now();
+    let scene = scene::load(path).map_err(|error| Failure::Scene(error.to_string()))?;
+    Ok((scene, start.elapsed().as_secs_f64()))
+}

@@ -1,0 +1,148 @@
+//! `whitted profile`.
+
+use super::load;
+use super::render::write_json;
+use crate::atomic_file;
+use crate::cli::args::{ProfileArgs, Size};
+use crate::cli::console::{self, Console};
+use crate::cli::failure::Failure;
+use crate::cli::progress::{self, Progress, Style};
+use crate::image::{Bits, Format, Metadata, View, linear_sha256};
+use crate::lab::profile::{self, Profile};
+use crate::plan::Plan;
+use crate::plan::{memory_traffic, passes};
+use crate::render::{RenderError, Rendered, Renderer};
+use crate::report::Report;
+use crate::report::table;
+use crate::report::timeline::{self, Dispatched, FrameTrace, Phase, Submit};
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
+use anyhow::{Context, anyhow};
+use std::path::Path;
+use std::time::Instant;
+
+/// Renders several times and tells where the time goes.
+pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
+    check(args)?;
+    let begin = Instant::now();
+    let (scene, scene_seconds) = load(&args.scene)?;
+    let mut phases = vec![Phase::since("parse scene", begin)];
+    let settings = settings(args, &scene);
+    progress::catch_interrupts()?;
+    let begin = Instant::now();
+    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    phases.push(Phase::since("open device", begin));
+
+    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let mut draw = |renderer: &mut Renderer, name: &str| {
+        let begin = Instant::now();
+        let rendered = renderer.render(&scene, &settings, &mut Progress::new(style, name))?;
+        if rendered.done < 1.0 {
+            return Err(Failure::Interrupted("interrupted; nothing is told of a part".into()));
+        }
+        let FrameTrace { phases: inner, submits } = renderer.take_trace();
+        phases.push(Phase::since(name, begin));
+        phases.extend(inner);
+        Ok::<_, Failure>((rendered, submits))
+    };
+    let (first, _) = draw(&mut renderer, "warm-up")?;
+    let mut runs: Vec<Report> = Vec::new();
+    for run in 1..=args.repeats {
+        runs.push(draw(&mut renderer, &format!("run {run}"))?.0.report);
+    }
+    let precision = match first.report.settings.precision == Precision::Double.name() {
+        true => Precision::Double,
+        false => settings.precision,
+    };
+    let used = Settings { precision, ..settings.clone() };
+    let plan = Plan::new(&renderer.pack(&scene, &used, false), &used, &renderer.device().limits())
+        .map_err(RenderError::from)?;
+    if let Some(path) = &args.trace {
+        renderer.keep_submits(true);
+        let (rendered, submits) = draw(&mut renderer, "traced frame")?;
+        let begin = Instant::now();
+        encode(&rendered)?;
+        phases.push(Phase::since("encode image (PNG)", begin));
+        write_trace(path, started, &rendered.report.device.name, &phases, &submits, &plan, precision)?;
+    }
+    let mut profile = Profile::new(&runs, &first.report.time, &plan, precision)
+        .ok_or_else(|| anyhow!("the device's times are not numbers"))?;
+    let report = &mut profile.report;
+    report.scene.file = args.scene.display().to_string();
+    report.image.linear_sha256 = linear_sha256(&first.linear);
+    report.time.scene += scene_seconds;
+    report.time.wall = started.elapsed().as_secs_f64();
+    tell(args, &profile, console)
+}
+
+fn check(args: &ProfileArgs) -> Result<(), Failure> {
+    for path in [&args.json, &args.trace].into_iter().flatten().filter(|p| p.as_os_str() != "-") {
+        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    if args.trace.as_ref().is_some_and(|p| p.as_os_str() == "-") {
+        return Err(Failure::Usage("--trace needs a file".into()));
+    }
+    if args.trace.is_some() && args.trace == args.json {
+        return Err(Failure::Usage("--trace and --json name the same file".into()));
+    }
+    Ok(())
+}
+
+/// The scene's settings under those of the command line.
+fn settings(args: &ProfileArgs, scene: &Scene) -> Settings {
+    let mut settings = Settings::of(scene);
+    if let Some(Size { width, height }) = args.size {
+        (settings.width, settings.height) = (width, height);
+    }
+    settings.samples = args.samples.unwrap_or(settings.samples);
+    settings.depth = args.depth.unwrap_or(settings.depth);
+    settings.seed = args.seed;
+    settings.precision = args.precision;
+    settings.schedule = args.schedule.schedule();
+    settings
+}
+
+/// What `render` would do with the image, but for the disk.
+fn encode(rendered: &Rendered) -> Result<(), Failure> {
+    let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
+    let metadata = Metadata::of(&rendered.report, rendered.done);
+    Ok(Format::Png(Bits::Eight)
+        .encode(view, &metadata, &mut Vec::new())
+        .context("cannot encode the image")?)
+}
+
+fn write_trace(
+    path: &Path,
+    started: Instant,
+    device: &str,
+    phases: &[Phase],
+    submits: &[Submit],
+    plan: &Plan,
+    precision: Precision,
+) -> Result<(), Failure> {
+    let bytes = |d: &Dispatched| {
+        let pass = passes::all().find(|p| p.kernel == d.kernel)?;
+        Some(memory_traffic::of(pass, plan, precision).bytes(d.items?, d.children?, d.samples))
+    };
+    write_json(path, &timeline::trace(started, device, phases, submits, bytes))
+}
+
+fn tell(args: &ProfileArgs, profile: &Profile, console: &mut Console) -> Result<(), Failure> {
+    let text = table::about(&profile.report) + "\n" + &profile::text(profile);
+    for line in table::warnings(&profile.report) {
+        console.say(&line);
+    }
+    match &args.json {
+        Some(path) if path.as_os_str() == "-" => {
+            let json = serde_json::to_string_pretty(profile).context("cannot express the profile as JSON")?;
+            console.say(&text);
+            console::print(&(json + "\n"))
+        }
+        other => {
+            if let Some(path) = other {
+                write_json(path, profile)?;
+            }
+            if console.is_quiet() { Ok(()) } else { console::print(&text) }
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Distances between two pictures.
+
+pub mod flip;
+pub mod metrics;

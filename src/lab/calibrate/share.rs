@@ -1,0 +1,154 @@
+//! How often something held, and what that says of a promise to hold with a confidence.
+
+use crate::accuracy::interval::{self, Interval};
+use serde::Serialize;
+
+/// Held in `kept` of `of` trials.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Share {
+    /// Trials in which it held.
+    pub kept: u64,
+    /// All trials.
+    pub of: u64,
+}
+
+/// Where a share lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Nothing was tried.
+    Untried,
+    /// Less often than promised.
+    Below,
+    /// As often as promised.
+    Within,
+    /// More often than that: the bound is wider than it need be.
+    Above,
+}
+
+/// The range that a share ought to lie in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aim {
+    /// Least share.
+    pub low: f64,
+    /// Greatest share; 1 where more is as good.
+    pub high: f64,
+}
+
+impl Aim {
+    /// For a bound that is to hold with `confidence`, neither less often nor nearly always: at 95 %, from
+    /// 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the risk left).
+    pub fn of(confidence: f64) -> Aim {
+        let risk = 1.0 - confidence;
+        Aim { low: 1.0 - 1.3 * risk, high: 1.0 - 0.2 * risk }
+    }
+
+    /// For a bound part of which is a certificate: it may hold always.
+    pub fn at_least(confidence: f64) -> Aim {
+        Aim { high: 1.0, ..Aim::of(confidence) }
+    }
+
+    /// Where the share itself lies.
+    pub fn judge(&self, share: Share) -> Verdict {
+        match share.value() {
+            x if x.is_nan() => Verdict::Untried,
+            x if x < self.low => Verdict::Below,
+            x if x > self.high => Verdict::Above,
+            _ => Verdict::Within,
+        }
+    }
+
+    /// True if so few trials cannot tell the share from one within the aim.
+    pub fn may_be_chance(&self, share: Share) -> bool {
+        let Interval { low, high, .. } = share.interval();
+        low <= self.high && high >= self.low
+    }
+
+    /// True if the share is below the aim, and not by chance.
+    pub fn missed(&self, share: Share) -> bool {
+        self.judge(share) == Verdict::Below && !self.may_be_chance(share)
+    }
+
+    /// In words: `aim 93.5-99 %: above?`; a question mark where it may be chance.
+    pub fn say(&self, share: Share) -> String {
+        let percent = |x: f64| crate::units::number((x * 1e4).round() / 100.0);
+        let aim = match self.high < 1.0 {
+            true => format!("aim {}-{} %", percent(self.low), percent(self.high)),
+            false => format!("aim {} % or more", percent(self.low)),
+        };
+        let word = match self.judge(share) {
+            Verdict::Untried => return format!("{aim}: not tried"),
+            Verdict::Within => return format!("{aim}: within"),
+            Verdict::Below => "BELOW",
+            Verdict::Above => "above",
+        };
+        let chance = if self.may_be_chance(share) { "?" } else { "" };
+        format!("{aim}: {word}{chance}")
+    }
+}
+
+impl Share {
+    /// Counts `trials` by whether each held.
+    pub fn of(trials: impl IntoIterator<Item = bool>) -> Share {
+        trials
+            .into_iter()
+            .fold(Share::default(), |s, held| Share { kept: s.kept + u64::from(held), of: s.of + 1 })
+    }
+
+    /// Of both.
+    pub fn plus(self, other: Share) -> Share {
+        Share { kept: self.kept + other.kept, of: self.of + other.of }
+    }
+
+    /// As a number from 0 to 1; NaN of none.
+    pub fn value(&self) -> f64 {
+        self.kept as f64 / self.of as f64
+    }
+
+    /// 95 % interval of the share that many more trials would show.
+    pub fn interval(&self) -> Interval {
+        interval::wilson(self.value(), u32::try_from(self.of).unwrap_or(u32::MAX), 0.95)
+    }
+}
+
+impl std::iter::Sum for Share {
+    fn sum<I: Iterator<Item = Share>>(all: I) -> Share {
+        all.fold(Share::default(), Share::plus)
+    }
+}
+
+impl std::fmt::Display for Share {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.of {
+            0 => write!(out, "-"),
+            n => write!(out, "{}/{n} = {:.1} %", self.kept, 100.0 * self.value()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn aims_are_those_of_the_confidence() {
+        let aim = Aim::of(0.95);
+        assert!((aim.low - 0.935).abs() < 1e-12 && (aim.high - 0.99).abs() < 1e-12);
+        let said = |kept, of| aim.say(Share { kept, of });
+        assert_eq!(said(960, 1000), "aim 93.5-99 %: within");
+        assert_eq!(said(1000, 1000), "aim 93.5-99 %: above");
+        assert_eq!(said(20, 20), "aim 93.5-99 %: above?");
+        assert_eq!(said(18, 20), "aim 93.5-99 %: BELOW?");
+        assert_eq!(said(900, 1000), "aim 93.5-99 %: BELOW");
+        assert_eq!(said(0, 0), "aim 93.5-99 %: not tried");
+        assert!(aim.missed(Share { kept: 900, of: 1000 }) && !aim.missed(Share { kept: 18, of: 20 }));
+        assert_eq!(Aim::at_least(0.95).say(Share { kept: 20, of: 20 }), "aim 93.5 % or more: within");
+    }
+
+    #[test]
+    fn shares_add_up() {
+        let a = Share::of([true, false, true]);
+        assert_eq!(a.plus(Share::of([true])), Share { kept: 3, of: 4 });
+        assert_eq!(a.to_string(), "2/3 = 66.7 %");
+    }
+}

@@ -1,0 +1,319 @@
+//! One trial of each promise, and the plain render that the second is weighed against.
+
+use super::share::Share;
+use super::truth::Truth;
+use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::promise::{self, Known, Request, Target};
+use crate::render::{Observer, RenderError, Renderer, Survey};
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
+use serde::Serialize;
+use std::time::Instant;
+
+/// Replicates that `--budget` takes where nothing else is said, and with a sampling layer.
+const BUDGET_REPLICATES: u32 = 4;
+const PIXEL_REPLICATES: u32 = 16;
+/// Most samples of a plain render.
+const MOST_UNIFORM: u32 = 4096;
+
+/// An image with its budget, and how wrong it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BudgetTrial {
+    /// Of the sampler.
+    pub seed: u32,
+    /// The budget's sum.
+    pub total: f64,
+    /// Its sampling part.
+    pub sampling: f64,
+    /// Its truncation part.
+    pub truncation: f64,
+    /// Its rounding part, where the device has f64.
+    pub rounding: Option<f64>,
+    /// RMSE against paths followed to their ends.
+    pub error: f64,
+    /// RMSE against paths of the same depth.
+    pub sampling_error: f64,
+}
+
+impl BudgetTrial {
+    /// Judges an image by both truths.
+    pub fn of(known: &Known, seed: u32, truth: &Truth, same_depth: &Truth) -> BudgetTrial {
+        let stated = known.report.error.clone().unwrap_or_default();
+        BudgetTrial {
+            seed,
+            total: stated.total,
+            sampling: stated.sampling,
+            truncation: stated.truncation,
+            rounding: stated.rounding,
+            error: truth.error(&known.samples),
+            sampling_error: same_depth.error(&known.samples),
+        }
+    }
+
+    /// The true error lies within the budget.
+    pub fn kept(&self) -> bool {
+        self.error <= self.total
+    }
+
+    /// The sampling error lies within the sampling part alone, though the image has what rounding did in it too.
+    pub fn sampling_kept(&self) -> bool {
+        self.sampling_error <= self.sampling
+    }
+}
+
+/// An image rendered to an error.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ErrorTrial {
+    /// Of the sampler.
+    pub seed: u32,
+    /// It says that the error is reached.
+    pub met: bool,
+    /// Why not.
+    pub why: Option<String>,
+    /// The error it states.
+    pub total: f64,
+    /// The true one.
+    pub error: f64,
+    /// Seconds from the first submit to the last pixel, the choice of depth and precision included.
+    pub seconds: f64,
+    /// Rays traced, without those of the comparison with f64.
+    pub rays: u64,
+    /// Samples of a pixel in the mean.
+    pub samples: f64,
+    /// Depth chosen.
+    pub depth: u32,
+    /// Precision chosen.
+    pub precision: String,
+}
+
+impl ErrorTrial {
+    /// The promise was given and the image is as good as that.
+    pub fn kept(&self, target: f64) -> bool {
+        self.met && self.error <= target
+    }
+}
+
+/// The cheapest render with as many samples everywhere that is as good.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Uniform {
+    /// Samples of every pixel; `None` if even the most were too few.
+    pub samples: Option<u32>,
+    /// Seeds it was chosen by.
+    pub seeds: u32,
+    /// Seconds of each run.
+    pub seconds: Vec<f64>,
+    /// Rays of one.
+    pub rays: u64,
+    /// Seconds of the runs to that error in between.
+    pub adaptive_seconds: Vec<f64>,
+}
+
+/// An image rendered in a time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TimeTrial {
+    /// Of the sampler.
+    pub seed: u32,
+    /// Seconds it took.
+    pub seconds: f64,
+    /// It says that it was in time and sampled every pixel.
+    pub met: bool,
+    /// The error it states.
+    pub total: f64,
+    /// The true one.
+    pub error: f64,
+}
+
+/// What trials are made of.
+pub(super) struct Bench<'a> {
+    pub(super) renderer: &'a mut Renderer,
+    pub(super) scene: &'a Scene,
+    pub(super) settings: Settings,
+    pub(super) confidence: f64,
+}
+
+impl Bench<'_> {
+    fn render(
+        &mut self,
+        seed: u32,
+        samples: u32,
+        replicates: u32,
+        target: Target,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Known>, RenderError> {
+        let settings = Settings { seed, samples, replicates, ..self.settings.clone() };
+        let fixed = target == Target::Settings;
+        let request =
+            Request { target, confidence: self.confidence, keep_depth: fixed, keep_precision: fixed };
+        let known = promise::render(self.renderer, self.scene, &settings, &request, observer)?;
+        Ok((!known.cancelled && known.done == 1.0).then_some(known))
+    }
+
+    /// `--budget` at so many samples.
+    pub(super) fn budget(
+        &mut self,
+        seed: u32,
+        samples: u32,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Known>, RenderError> {
+        let most = BUDGET_REPLICATES.min(samples);
+        let replicates = (2..=most).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples);
+        self.render(seed, samples, replicates, Target::Settings, observer)
+    }
+
+    /// How many edge pixels' intervals hold the truth, of their widest channels.
+    pub(super) fn pixels(
+        &mut self,
+        seed: u32,
+        samples: u32,
+        truth: &Truth,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Share>, RenderError> {
+        let settings = Settings { seed, replicates: PIXEL_REPLICATES, ..self.settings.clone() };
+        let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
+        let image = whole(&mut survey, 0..samples, observer)?;
+        let Some(image) = image else { return Ok(None) };
+        let held = |at: usize| {
+            let intervals = image.intervals(at, self.confidence);
+            let width = |c: &usize| intervals[*c].high - intervals[*c].low;
+            let widest = (0..3).max_by(|a, b| width(a).total_cmp(&width(b))).unwrap_or(0);
+            intervals[widest].holds(truth.pixels[at][widest])
+        };
+        let edge = |at: &usize| image.marks[*at].hash_least != image.marks[*at].hash_most;
+        Ok(Some(Share::of((0..image.samples.len()).filter(edge).map(held))))
+    }
+
+    /// `--error`.
+    pub(super) fn error(
+        &mut self,
+        seed: u32,
+        target: f64,
+        truth: &Truth,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(ErrorTrial, Settings)>, RenderError> {
+        let Some(known) = self.render(seed, 1, 1, Target::Error(target), observer)? else { return Ok(None) };
+        let report = &known.report;
+        let traced: u64 = known.samples.samples.iter().map(|n| u64::from(*n)).sum();
+        let trial = ErrorTrial {
+            seed,
+            met: report.asked.met == Some(true),
+            why: report.asked.unmet_why.clone(),
+            total: report.error.as_ref().map_or(f64::NAN, |e| e.total),
+            error: truth.error(&known.samples),
+            seconds: report.time.render,
+            rays: report.rays.total(),
+            samples: traced as f64 / known.samples.samples.len().max(1) as f64,
+            depth: report.settings.depth,
+            precision: report.settings.precision.clone(),
+        };
+        let double = trial.precision == Precision::Double.name();
+        let used = Settings {
+            depth: trial.depth,
+            cutoff: report.settings.cutoff,
+            precision: if double { Precision::Double } else { self.settings.precision },
+            replicates: 1,
+            ..self.settings.clone()
+        };
+        Ok(Some((trial, used)))
+    }
+
+    /// `--time`; the clock runs from here.
+    pub(super) fn time(
+        &mut self,
+        seed: u32,
+        seconds: f64,
+        truth: &Truth,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<TimeTrial>, RenderError> {
+        let from = Instant::now();
+        let known = self.render(seed, 1, 1, Target::Time { seconds, from, layers: 0 }, observer)?;
+        let took = from.elapsed().as_secs_f64();
+        let Some(known) = known else { return Ok(None) };
+        Ok(Some(TimeTrial {
+            seed,
+            seconds: took,
+            met: known.report.asked.met == Some(true),
+            total: known.report.error.as_ref().map_or(f64::NAN, |e| e.total),
+            error: truth.error(&known.samples),
+        }))
+    }
+
+    /// The RMSE of a plain render of ever more samples, until it is below `target` at two counts running.
+    pub(super) fn decline(
+        &mut self,
+        settings: &Settings,
+        target: f64,
+        truth: &Truth,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Vec<f64>>, RenderError> {
+        let mut survey = Survey::new(self.renderer, self.scene, settings)?;
+        let mut image = Gathered::new(settings.width, settings.height, 1);
+        let places: Vec<u32> = (0..settings.width * settings.height).collect();
+        let (mut errors, mut done, mut below) = (Vec::new(), 0, 0);
+        for count in counts() {
+            let traced = survey.trace(&places, done..count, observer)?;
+            if traced.marks.len() < places.len() || observer.cancelled() {
+                return Ok(None);
+            }
+            image.add(&places, count - done, &traced);
+            done = count;
+            errors.push(truth.error(&image));
+            below = if errors[errors.len() - 1] <= target { below + 1 } else { 0 };
+            if below == 2 {
+                break;
+            }
+        }
+        Ok(Some(errors))
+    }
+
+    /// Seconds and rays of a plain render.
+    pub(super) fn plain(
+        &mut self,
+        settings: &Settings,
+        samples: u32,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(f64, u64)>, RenderError> {
+        let mut survey = Survey::new(self.renderer, self.scene, settings)?;
+        let start = Instant::now();
+        let image = whole(&mut survey, 0..samples, observer)?;
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(image.map(|_| (seconds, survey.report().rays.total())))
+    }
+}
+
+/// Sample counts that plain renders are tried with.
+pub(super) fn counts() -> Vec<u32> {
+    let mut all = vec![1, 2, 3];
+    while all[all.len() - 1] < MOST_UNIFORM {
+        // 4, 6, 8, 12, 16 ...: steps of at most a half.
+        let last = all[all.len() - 2];
+        all.push(2 * last);
+    }
+    all.retain(|n| *n <= MOST_UNIFORM);
+    all
+}
+
+fn whole(
+    survey: &mut Survey,
+    samples: std::ops::Range<u32>,
+    observer: &mut dyn Observer,
+) -> Result<Option<Gathered>, RenderError> {
+    let Settings { width, height, replicates, .. } = *survey.settings();
+    let places: Vec<u32> = (0..width * height).collect();
+    let mut image = Gathered::new(width, height, replicates as usize);
+    let traced = survey.trace(&places, samples.clone(), observer)?;
+    if traced.marks.len() < places.len() || observer.cancelled() {
+        return Ok(None);
+    }
+    image.add(&places, samples.end - samples.start, &traced);
+    Ok(Some(image))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn counts_grow_by_a_half_at_most() {
+        let counts = super::counts();
+        assert_eq!(counts[..8], [1, 2, 3, 4, 6, 8, 12, 16]);
+        assert_eq!(counts[counts.len() - 1], super::MOST_UNIFORM);
+    }
+}

@@ -1,0 +1,11 @@
+//! Experiments on whole renders. Nothing but the command line imports this room.
+
+pub mod calibrate;
+pub mod gallery;
+pub(crate) mod markdown;
+pub(crate) mod plot;
+pub mod probe;
+pub mod profile;
+pub mod receipt;
+pub mod stress;
+pub mod sweep;

@@ -1,0 +1,226 @@
+//! Light where none can come, none where it must: contacts, thin gaps, corners, lights on surfaces.
+
+use super::case::{Case, Figure, Harness, Random};
+use super::origins::{escapes, plate, turned_box};
+use super::pixels::{blur, lit, wrong_pixels};
+use super::shapes::{cuboid, empty, glass, light, matte};
+use crate::lab::probe::ProbeRay;
+use crate::render::RenderError;
+use crate::scene::{Fresnel, Scene};
+use crate::settings::defect::Defect;
+use glam::DVec3;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "contact-shadow",
+        does: "a wall 10^-3 thick on a floor, light at 45 degrees, its shadow's start seen from the side",
+        stands_for: "shadows that start away from the object: an epsilon of 0.1 is 2 pixels here",
+        bound: "exact but for 0.02 pixels and the spawn offset, (4u |p| + 24u ext) sqrt 3, about edges (numerics.md, Spawn origins)",
+        guards: &[Defect::FixedOrigin],
+        run: contact_shadow,
+    },
+    Case {
+        name: "thin-gap",
+        does: "a floor seen through a clear sheet 10^-5 of the scene above it, which shadows it",
+        stands_for: "epsilons that jump over thin walls",
+        bound: "exact: gaps above twice the spawn offset, 8u |p| + 48u ext = 4 10^-6, let no light in (numerics.md, Spawn origins)",
+        guards: &[Defect::FixedOrigin],
+        run: thin_gap,
+    },
+    Case {
+        name: "corner-escape",
+        does: "a closed mirror box, turned, hit exactly at its edges and corners: paths of 12 bounces",
+        stands_for: "light that slips out where walls meet",
+        bound: "exact: no path escapes (numerics.md, Spawn origins)",
+        guards: &[Defect::NoInset],
+        run: corner_escape,
+    },
+    Case {
+        name: "dark-room",
+        does: "a closed room without light, pixels exactly on its edges, eight bright lights just outside its corners",
+        stands_for: "bright seams along the edges of rooms",
+        bound: "exact: every pixel black",
+        guards: &[Defect::NoInset, Defect::FixedOrigin],
+        run: dark_room,
+    },
+    Case {
+        name: "light-at-surface",
+        does: "lights 8u above a floor, on it, on a corner of it, on a ball, at the eye",
+        stands_for: "fireflies and NaN pixels: division by the square of no distance",
+        bound: "exact: every pixel finite, the clamp counted (numerics.md, Shading)",
+        guards: &[Defect::LightContact],
+        run: light_contact,
+    },
+    Case {
+        name: "light-on-ceiling",
+        does: "a light exactly on the ceiling of a room, straight and turned: the floor below",
+        stands_for: "speckled floors: the lamp's own surface shadows it where t rounds below 1",
+        bound: "exact: an occluder strictly between is none; every floor pixel lit",
+        guards: &[Defect::ToTheLight],
+        run: light_on_ceiling,
+    },
+];
+
+/// True if the segment from p to q meets the box.
+fn box_between(p: DVec3, q: DVec3, lo: DVec3, hi: DVec3) -> bool {
+    let d = q - p;
+    let (mut near, mut far) = (0.0f64, 1.0f64);
+    for i in 0..3 {
+        let (a, b) = ((lo[i] - p[i]) / d[i], (hi[i] - p[i]) / d[i]);
+        near = near.max(a.min(b));
+        far = far.min(a.max(b));
+    }
+    near < far
+}
+
+fn contact_shadow(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
+    let (lo, hi, l) = (DVec3::new(0.499, 0.0, -0.5), DVec3::new(0.5, 1.0, 0.5), 4.0);
+    let mut scene = empty(vec![matte([1.0, 0.0, 0.0], 0.0), matte([0.0; 3], 0.0)]);
+    scene.polygons = vec![plate(l, 0.0, 0)];
+    scene.meshes = vec![cuboid(lo, hi, 1)];
+    let (mut wrong, mut judged) = (0, 0);
+    for (from, at, fov) in [([3.0, 2.5, 1.0], [0.8, 0.0, 0.0], 0.6), ([1.2, 0.3, 0.1], [0.5, 0.0, 0.0], 0.1)]
+    {
+        // From behind the wall: the shadow starts at the edge x = 0.5 and reaches x = 1.5.
+        scene.lights = vec![light([-9.5, 11.0, 0.3], 100.0)];
+        scene.camera.look_from = from.into();
+        scene.camera.look_at = at.into();
+        scene.camera.fov = fov;
+        let distance = (scene.camera.look_from - scene.camera.look_at).length();
+        let blur = blur(h, &scene, distance * fov / 64.0);
+        let picture = h.picture(&scene)?;
+        let source = scene.lights[0].position;
+        let class = |o: DVec3, d: DVec3| {
+            let t = -o.y / d.y;
+            let p = o + t * d;
+            let floor = t > 0.0 && p.x.abs() < l && p.z.abs() < l && !box_between(o, p, lo, hi);
+            u8::from(floor && !box_between(p, source, lo, hi))
+        };
+        let r = wrong_pixels(&scene, &picture, blur, class, lit);
+        (wrong, judged) = (wrong + r.0, judged + r.1);
+    }
+    Ok(Figure::none(wrong, format!("wrong pixels of {judged}")))
+}
+
+fn thin_gap(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
+    let mut wrong = 0;
+    let gaps = [1.0, 0.05, 1e-2, 1e-4, 1e-5, 5e-6];
+    for gap in gaps {
+        let mut scene = empty(vec![matte([1.0; 3], 0.0), glass(1.0, Fresnel::Constant(0.0))]);
+        // Half diagonal near 1: the gap is in units of the scene.
+        scene.polygons = vec![plate(0.7, 0.0, 0), plate(0.7, gap, 1)];
+        scene.lights = vec![light([0.2, 3.0, 0.1], 10.0)];
+        scene.camera.look_from = DVec3::new(0.1, 0.4 + gap, 1.5);
+        scene.camera.look_at = DVec3::ZERO;
+        scene.camera.fov = 0.3;
+        scene.render.depth = 2;
+        let picture = h.picture(&scene)?;
+        wrong += picture.linear.iter().filter(|c| lit(**c) != 0).count();
+    }
+    Ok(Figure::none(wrong, format!("lit pixels of {}", gaps.len() * 64 * 64)))
+}
+
+fn corner_escape(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
+    let scene = turned_box();
+    let (paths, bounces) = (6000, 12);
+    let mut random = Random::new(40);
+    let corners: Vec<DVec3> = scene.meshes[0].vertices.iter().map(|v| h.local(&scene, *v)).collect();
+    let rays = (0..paths)
+        .map(|i| {
+            let a = (random.unit() * 8.0) as usize;
+            let s = random.unit();
+            // A corner, or an edge of the box: corners whose numbers differ in one bit.
+            let b = a ^ (1 << (i / 3 % 3));
+            let target = if i % 3 == 0 { corners[a] } else { corners[a] * (1.0 - s) + corners[b] * s };
+            let origin = h.local(&scene, random.direction() * 0.4);
+            ProbeRay::new(origin, h.round((target - origin).normalize()))
+        })
+        .collect();
+    let escaped = escapes(h, &scene, rays, bounces)?;
+    Ok(Figure::none(escaped, format!("escapes of {paths} paths of {bounces} bounces")))
+}
+
+fn dark_room(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
+    let mut scene = empty(vec![matte([1.0; 3], 0.0)]);
+    scene.meshes = vec![cuboid(DVec3::splat(-1.0), DVec3::ONE, 0)];
+    for i in 0..8 {
+        let sign = |bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        scene.lights.push(light([1.5 * sign(0), 1.2 * sign(1), 1.7 * sign(2)], 1e6));
+    }
+    scene.camera.look_from = DVec3::ZERO;
+    scene.camera.look_at = DVec3::NEG_Z;
+    // Pixels on the diagonals look along (s, s, -1): onto the edges where s > 1.
+    scene.camera.fov = 2.0 * 3f64.atan();
+    scene.render.background = DVec3::ONE;
+    let mut bright = 0;
+    let turned = turned_room(&scene);
+    for scene in [&scene, &turned] {
+        bright += h.picture(scene)?.linear.iter().filter(|c| lit(**c) != 0).count();
+    }
+    Ok(Figure::none(bright, format!("pixels of {} that are not black", 2 * 64 * 64)))
+}
+
+/// Room, lights and eye turned by 0.6, 0.8 and 0.28, 0.96: no wall is parallel to an axis.
+fn turned_room(scene: &Scene) -> Scene {
+    let mut s = scene.clone();
+    let turn = |v: DVec3| {
+        let w = DVec3::new(0.6 * v.x - 0.8 * v.y, 0.8 * v.x + 0.6 * v.y, v.z);
+        DVec3::new(w.x, 0.28 * w.y - 0.96 * w.z, 0.96 * w.y + 0.28 * w.z)
+    };
+    s.meshes.iter_mut().flat_map(|m| &mut m.vertices).for_each(|v| *v = turn(*v));
+    s.polygons.iter_mut().flat_map(|p| &mut p.vertices).for_each(|v| *v = turn(*v));
+    s.polygons.iter_mut().for_each(|p| p.normal = turn(p.normal));
+    s.lights.iter_mut().for_each(|l| l.position = turn(l.position));
+    s.camera.look_from = turn(s.camera.look_from);
+    s.camera.look_at = turn(s.camera.look_at);
+    s.camera.up = turn(s.camera.up);
+    s
+}
+
+fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
+    let mut base = empty(vec![matte([1.0, 0.5, 0.0], 0.1)]);
+    base.polygons = vec![plate(1.0, 0.0, 0)];
+    base.spheres = vec![super::shapes::sphere([0.5, 0.5, 0.0], 0.25, 0)];
+    // An odd number of pixels: the middle one looks exactly at the light.
+    (base.camera.width, base.camera.height) = (65, 65);
+    let eye = DVec3::new(0.0, 1.5, 2.0);
+    base.camera.look_from = eye;
+    let (mut infinite, mut clamped) = (0, 0);
+    // Nearer than the spawn offset, farther than rounding: 8u of a scene of size 1.
+    let tiny = 8.0 * h.u();
+    for place in
+        [[-0.3, tiny, 0.1], [0.0; 3], [0.25, 0.0, 0.25], [1.0, 0.0, 1.0], [0.5, 0.75, 0.0], eye.to_array()]
+    {
+        let mut scene = base.clone();
+        scene.lights = vec![light(place, 1.0)];
+        if place[1] == tiny {
+            // Straight down, so that the middle ray meets the floor right below the light.
+            scene.camera.look_from = DVec3::new(-0.3, 2.0, 0.1);
+            scene.camera.up = DVec3::NEG_Z;
+        }
+        scene.camera.look_at = if place == eye.to_array() { DVec3::ZERO } else { place.into() };
+        let picture = h.picture(&scene)?;
+        infinite += picture.linear.iter().filter(|c| lit(**c) == 2).count();
+        clamped += picture.counters.clamped_lights;
+    }
+    if clamped == 0 {
+        return Ok(Figure::new(f64::INFINITY, 0.0, "no clamp counted"));
+    }
+    Ok(Figure::none(infinite, "pixels that are not finite"))
+}
+
+fn light_on_ceiling(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
+    let mut scene = empty(vec![matte([1.0; 3], 0.0), matte([0.0; 3], 0.0)]);
+    scene.polygons = vec![plate(3.0, 0.0, 0), plate(3.0, 2.3, 1)];
+    scene.lights = vec![light([0.37, 2.3, -0.11], 10.0)];
+    scene.camera.look_from = DVec3::new(0.1, 2.0, 0.2);
+    scene.camera.look_at = DVec3::ZERO;
+    scene.camera.fov = 1.5;
+    let turned = turned_room(&scene);
+    let mut black = 0;
+    for scene in [&scene, &turned] {
+        black += h.picture(scene)?.linear.iter().filter(|c| lit(**c) != 1).count();
+    }
+    Ok(Figure::none(black, format!("black pixels of {}", 2 * 64 * 64)))
+}

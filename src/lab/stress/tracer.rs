@@ -1,0 +1,103 @@
+//! What a case runs on: a Vulkan device, or the CPU twins of its kernels.
+
+use crate::kernel::abi;
+use crate::lab::probe::{ProbeRay, Probed, probe_twins};
+use crate::plan::{self, Limits, Plan};
+use crate::prepare::pack;
+use crate::reference::twin;
+use crate::render::{Quiet, RenderError, Renderer};
+use crate::report::{Counters, DepthInfo, RayInfo};
+use crate::scene::Scene;
+use crate::settings::Settings;
+
+/// An image and what was counted.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    /// Rows from the top, linear RGB.
+    pub linear: Vec<[f32; 3]>,
+    /// What ought to be zero.
+    pub counters: Counters,
+    /// Rays traced.
+    pub rays: RayInfo,
+}
+
+/// Renders scenes and traces rays.
+pub trait Tracer {
+    /// Renders `scene`.
+    fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError>;
+    /// Traces `rays` against `scene` and spawns their children.
+    fn probe(&mut self, scene: &Scene, settings: &Settings, rays: &[ProbeRay])
+    -> Result<Probed, RenderError>;
+    /// Tests every primitive (`true`), walks the hierarchy (`false`), or chooses by the scene's size.
+    fn force_brute_force(&mut self, brute_force: Option<bool>);
+}
+
+impl Tracer for Renderer {
+    fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
+        let r = self.render(scene, settings, &mut Quiet)?;
+        Ok(Picture { linear: r.linear, counters: r.report.counters, rays: r.report.rays })
+    }
+
+    fn probe(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        rays: &[ProbeRay],
+    ) -> Result<Probed, RenderError> {
+        Renderer::probe(self, scene, settings, rays)
+    }
+
+    fn force_brute_force(&mut self, brute_force: Option<bool>) {
+        Renderer::force_brute_force(self, brute_force);
+    }
+}
+
+/// The CPU twins of the kernels. They know no planted defects.
+#[derive(Debug, Default)]
+pub struct Twins {
+    brute_force: Option<bool>,
+}
+
+impl Tracer for Twins {
+    fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
+        let packed = pack(
+            scene,
+            settings,
+            plan::brute_force_max(self.brute_force, settings, &Limits::LAVAPIPE, false),
+        );
+        let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
+        let (linear, counts) = twin::render(&packed, scene, settings, &plan)
+            .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
+        let count = |i: u32| counts.counters[i as usize];
+        let counters = Counters {
+            degenerate_triangles: packed.degenerate_triangles,
+            nan_rays: count(abi::COUNTER_NAN_RAYS),
+            clamped_lights: count(abi::COUNTER_CLAMPED_LIGHTS),
+            stack_overflow: count(abi::COUNTER_STACK_OVERFLOW),
+            loop_cap: count(abi::COUNTER_LOOP_CAP),
+            media_overflow: count(abi::COUNTER_MEDIA_OVERFLOW) + packed.eye_media_dropped,
+        };
+        let mut rays = RayInfo::default();
+        for (i, [traced, reflection, refraction, shadow]) in counts.depths.iter().copied().enumerate() {
+            rays.primary += if i == 0 { traced } else { 0 };
+            rays.reflection += reflection;
+            rays.refraction += refraction;
+            rays.shadow += shadow;
+            rays.by_depth.push(DepthInfo { depth: i as u32 + 1, traced, shadow });
+        }
+        Ok(Picture { linear, counters, rays })
+    }
+
+    fn probe(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        rays: &[ProbeRay],
+    ) -> Result<Probed, RenderError> {
+        probe_twins(scene, settings, rays, self.brute_force, &Limits::LAVAPIPE)
+    }
+
+    fn force_brute_force(&mut self, brute_force: Option<bool>) {
+        self.brute_force = brute_force;
+    }
+}

@@ -1,0 +1,158 @@
+//! The pictures behind points, small, each with its difference from the truth in false colours.
+
+use crate::compare::metrics::Rgb;
+use crate::image::heat::heat;
+use crate::image::{Metadata, code8, png8};
+use crate::lab::sweep::record::Record;
+use crate::lab::sweep::row::Row;
+use crate::lab::sweep::run::picture;
+use crate::lab::sweep::trace::SweepError;
+use glam::DVec3;
+use std::path::Path;
+
+/// Wider pictures are shrunk by a whole factor.
+const WIDEST: u32 = 320;
+/// Points of the front that are shown, at most.
+const MOST: usize = 8;
+/// What the false colours span: from here to 1, in decades.
+pub(super) const LEAST: f64 = 1e-4;
+/// One picture of the page.
+pub(super) struct Shown {
+    /// Over it.
+    pub title: String,
+    /// The picture, a PNG.
+    pub picture: Vec<u8>,
+    /// Its difference from the truth; none for the truth itself.
+    pub difference: Option<Vec<u8>>,
+    /// Pixels on the page.
+    pub size: [u32; 2],
+}
+
+/// The truth, points of the front, and the worst and the slowest of all.
+pub(super) fn shown(folder: &Path, record: &Record, truth: &[DVec3]) -> Result<Vec<Shown>, SweepError> {
+    let Record { width, height, .. } = *record;
+    let factor = width.div_ceil(WIDEST).max(1);
+    let size = [width.div_ceil(factor), height.div_ceil(factor)];
+    let mut list = vec![Shown {
+        title: "truth".into(),
+        picture: png(&shrunk(truth, width, factor, mean), size)?,
+        difference: None,
+        size,
+    }];
+    for row in chosen(record) {
+        let image = picture(folder, row)?;
+        let apart: Vec<[f64; 3]> = image.iter().zip(truth).map(|(a, b)| [worst(a, b); 3]).collect();
+        list.push(Shown {
+            title: row.name.clone(),
+            picture: png(&shrunk(&image, width, factor, mean), size)?,
+            difference: Some(png(&shrunk(&apart, width, factor, largest), size)?),
+            size,
+        });
+    }
+    Ok(list)
+}
+
+impl Rgb for [f64; 3] {
+    fn rgb(&self) -> [f64; 3] {
+        *self
+    }
+}
+
+fn chosen(record: &Record) -> Vec<&Row> {
+    let front: Vec<&Row> = record.rows.iter().filter(|r| r.on_front).collect();
+    let by = |value: &dyn Fn(&Row) -> f64| record.rows.iter().max_by(|a, b| value(a).total_cmp(&value(b)));
+    let steps = front.len().min(MOST);
+    let mut rows: Vec<&Row> = (0..steps).map(|i| front[i * (front.len() - 1) / (steps - 1).max(1)]).collect();
+    rows.sort_by(|a, b| a.seconds().total_cmp(&b.seconds()));
+    rows.extend(by(&|r| r.rmse().unwrap_or(-1.0)));
+    rows.extend(by(&|r| r.seconds()));
+    let mut once: Vec<&Row> = Vec::new();
+    for row in rows {
+        if !once.iter().any(|r| r.key == row.key) {
+            once.push(row);
+        }
+    }
+    once
+}
+
+/// The largest difference of any channel, as shown.
+fn worst(a: &[f32; 3], b: &DVec3) -> f64 {
+    let channels = a.rgb().into_iter().zip(b.rgb());
+    channels.map(|(a, b)| (a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).abs()).fold(0.0, f64::max)
+}
+
+/// 8-bit codes of the mean of a block.
+fn mean(block: &[[f64; 3]]) -> [u8; 3] {
+    let n = block.len() as f64;
+    std::array::from_fn(|c| code8((block.iter().map(|p| p[c].clamp(0.0, 1.0)).sum::<f64>() / n) as f32))
+}
+
+/// The false colour of the largest of a block: shrinking shall not hide it.
+fn largest(block: &[[f64; 3]]) -> [u8; 3] {
+    false_color(block.iter().map(|p| p[0]).fold(0.0, f64::max))
+}
+
+/// Decades from [`LEAST`] to 1; black below.
+fn false_color(error: f64) -> [u8; 3] {
+    heat(1.0 - error.log10() / LEAST.log10())
+}
+
+/// Blocks of `factor` by `factor` pixels, fewer at the far edges, each through `to_code`.
+fn shrunk<P: Rgb>(image: &[P], width: u32, factor: u32, to_code: fn(&[[f64; 3]]) -> [u8; 3]) -> Vec<u8> {
+    let (width, factor) = (width as usize, factor as usize);
+    let rows: Vec<&[P]> = image.chunks(width).collect();
+    let mut rgb = Vec::new();
+    for band in rows.chunks(factor) {
+        for x in (0..width).step_by(factor) {
+            let end = (x + factor).min(width);
+            let block: Vec<[f64; 3]> = band.iter().flat_map(|row| row[x..end].iter().map(P::rgb)).collect();
+            rgb.extend(to_code(&block));
+        }
+    }
+    rgb
+}
+
+fn png(rgb: &[u8], [width, height]: [u32; 2]) -> Result<Vec<u8>, SweepError> {
+    let mut bytes = Vec::new();
+    let nothing: [(&str, &str); 0] = [];
+    png8(width, height, rgb, &Metadata::new(nothing), &mut bytes)
+        .map_err(SweepError::file(Path::new("index.html")))?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn false_colours_span_the_decades() {
+        assert_eq!((false_color(0.0), false_color(LEAST)), (heat(0.0), heat(0.0)));
+        assert_eq!(
+            (false_color(1e-2), false_color(1.0), false_color(7.0)),
+            (heat(0.5), heat(1.0), heat(1.0))
+        );
+    }
+
+    #[test]
+    fn one_wrong_pixel_survives_the_shrinking() {
+        let mut apart = vec![[0.0; 3]; 12];
+        apart[5] = [1.0; 3];
+        let rgb = shrunk(&apart, 4, 2, largest);
+        assert_eq!((&rgb[..3], &rgb[3..6]), (&heat(1.0)[..], &heat(0.0)[..]));
+        assert_eq!(rgb.len(), 2 * 2 * 3, "the last band is half as high");
+    }
+
+    #[test]
+    fn the_front_is_thinned_and_the_extremes_are_there() {
+        let row = |k: usize| {
+            let mut row = Row { key: k.to_string(), name: k.to_string(), on_front: k < 20, ..Row::default() };
+            row.measured.render.median = k as f64;
+            row
+        };
+        let record = Record { rows: (0..30).map(row).collect(), ..Record::default() };
+        let names: Vec<&str> = chosen(&record).iter().map(|r| r.name.as_str()).collect();
+        assert!(names.contains(&"0") && names.contains(&"19") && names.contains(&"29"), "{names:?}");
+        assert!(names.len() <= MOST + 2);
+        assert!(chosen(&Record::default()).is_empty());
+    }
+}

@@ -1,0 +1,281 @@
+//! The frame as data: one row = one dispatch. Recording, barriers, the CPU twins, profile rows,
+//! debug labels and `plan` all walk these tables. No render graph, no reordering.
+
+use crate::kernel::abi::Buf;
+use crate::kernel::table::{Kernel, mask};
+
+/// How many items a pass works on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// One workgroup.
+    One,
+    /// Every sample of the batch (known to the host).
+    Samples,
+    /// Every pixel of the tile (known to the host).
+    Pixels,
+    /// Every live ray: indirect, from `queue`.
+    Rays,
+}
+
+/// When a pass runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// In every frame (prologue, epilogue) or at every depth.
+    Always,
+    /// At every depth but the last, whose secondary rays are not traced.
+    NotLast,
+    /// Once for each group of lights.
+    PerLights,
+    /// Where several rays of one sample may share a depth: from depth 2 on.
+    Branching,
+}
+
+/// The ways to do a depth (`Specialisation::fused`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// A part of both.
+    Both,
+    /// A kernel for each stage.
+    Split,
+    /// One kernel for the stages that work on a ray alone.
+    Fused,
+}
+
+/// One row of the frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Pass {
+    /// What runs.
+    pub kernel: Kernel,
+    /// Buffers it loads from.
+    pub reads: &'static [Buf],
+    /// Buffers it stores to (a buffer in both lists is updated in place).
+    pub writes: &'static [Buf],
+    /// On how much.
+    pub size: Size,
+    /// When.
+    pub when: When,
+    /// In which way of doing a depth.
+    pub way: Way,
+}
+
+impl Pass {
+    /// Whether it is a part of the frame at all where depths are done in one kernel, or in split ones.
+    pub fn is_of(&self, fused: bool) -> bool {
+        match self.way {
+            Way::Both => true,
+            Way::Split => !fused,
+            Way::Fused => fused,
+        }
+    }
+}
+
+use Buf::*;
+
+/// The buffers of the scene that closest hit and occlusion read.
+macro_rules! shapes {
+    ($($more:ident),*) => { &[Triangles, Spheres, WideSpheres, Nodes, CompressedNodes, $($more),*] };
+}
+
+/// Once per batch, before the first depth.
+pub const PROLOGUE: &[Pass] = &[Pass {
+    kernel: Kernel::Generate,
+    reads: &[Camera, EyeMedia, Pixels],
+    writes: &[Rays, Media, Paths],
+    size: Size::Samples,
+    when: When::Always,
+    way: Way::Both,
+}];
+
+/// Once per depth: the rows of one [`Way`] and those of both. `rays`, `media` and `queue` change places with their `next_` after each.
+pub const PER_DEPTH: &[Pass] = &[
+    Pass {
+        kernel: Kernel::Intersect,
+        reads: shapes![Rays, Queue, Counters],
+        writes: &[Hits, Counters],
+        size: Size::Rays,
+        when: When::Always,
+        way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Shade,
+        reads: &[
+            Triangles,
+            FlatNormals,
+            CornerNormals,
+            Spheres,
+            WideSpheres,
+            Materials,
+            SolidIors,
+            SolidPriorities,
+            Rays,
+            Media,
+            Queue,
+            Hits,
+            Paths,
+        ],
+        writes: &[Surfaces, Totals, Paths],
+        size: Size::Rays,
+        when: When::Always,
+        way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Trace,
+        reads: shapes![
+            Camera,
+            FlatNormals,
+            CornerNormals,
+            Materials,
+            Lights,
+            SolidIors,
+            SolidPriorities,
+            Rays,
+            Media,
+            Queue,
+            Places,
+            Contributions,
+            Slots,
+            Paths,
+            DepthCounts,
+            Counters
+        ],
+        writes: &[NextRays, NextMedia, Totals, Contributions, Slots, Paths, DepthCounts, Counters],
+        size: Size::Rays,
+        when: When::Always,
+        way: Way::Fused,
+    },
+    Pass {
+        kernel: Kernel::Scan,
+        reads: &[Queue, Totals, DepthCounts, Counters],
+        writes: &[Offsets, NextQueue, DepthCounts, Counters],
+        size: Size::One,
+        when: When::NotLast,
+        way: Way::Both,
+    },
+    Pass {
+        kernel: Kernel::Spawn,
+        reads: &[Camera, Materials, Rays, Media, Queue, NextQueue, Surfaces, Offsets, Counters],
+        writes: &[NextRays, NextMedia, Counters],
+        size: Size::Rays,
+        when: When::NotLast,
+        way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Place,
+        reads: &[Queue, NextQueue, Totals, Offsets],
+        writes: &[Places],
+        size: Size::Rays,
+        when: When::NotLast,
+        way: Way::Fused,
+    },
+    Pass {
+        kernel: Kernel::Shadow,
+        reads: shapes![
+            Camera,
+            Materials,
+            Lights,
+            Rays,
+            Queue,
+            Surfaces,
+            Contributions,
+            Slots,
+            Paths,
+            DepthCounts,
+            Counters
+        ],
+        writes: &[Contributions, Slots, Paths, DepthCounts, Counters],
+        size: Size::Rays,
+        when: When::PerLights,
+        way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Gather,
+        reads: &[Queue, Contributions, Slots, Counters],
+        writes: &[Slots, Counters],
+        size: Size::Rays,
+        when: When::Branching,
+        way: Way::Both,
+    },
+];
+
+/// Once per batch, after the last depth.
+pub const EPILOGUE: &[Pass] = &[Pass {
+    kernel: Kernel::Resolve,
+    reads: &[Slots, Paths, Film, Marks],
+    writes: &[Film, Marks],
+    size: Size::Pixels,
+    when: When::Always,
+    way: Way::Both,
+}];
+
+/// Once per device, apart from any frame.
+pub const SELF_TEST: &[Pass] = &[Pass {
+    kernel: Kernel::Selftest,
+    reads: &[],
+    writes: &[SelfTest],
+    size: Size::Pixels,
+    when: When::Always,
+    way: Way::Both,
+}];
+
+// The tables say what the compiled kernels do, or the build fails.
+const fn agrees(passes: &[Pass]) -> bool {
+    let mut i = 0;
+    while i < passes.len() {
+        let code = &crate::kernel::table::KERNELS[passes[i].kernel as usize];
+        if mask(passes[i].reads) != code.reads || mask(passes[i].writes) != code.writes {
+            return false;
+        }
+        i += 1;
+    }
+    true
+}
+const _: () = assert!(agrees(PROLOGUE), "PROLOGUE differs from its kernels' buffer accesses");
+const _: () = assert!(agrees(PER_DEPTH), "PER_DEPTH differs from its kernels' buffer accesses");
+const _: () = assert!(agrees(EPILOGUE), "EPILOGUE differs from its kernels' buffer accesses");
+
+const _: () = assert!(agrees(SELF_TEST), "SELF_TEST differs from its kernel's buffer accesses");
+
+/// The buffer a depth sees under a name: odd depths (from 1) see them as named, even depths with
+/// each queue and its next exchanged.
+pub fn at_depth(buffer: Buf, depth: u32) -> Buf {
+    if depth % 2 == 1 {
+        return buffer;
+    }
+    match buffer {
+        Rays => NextRays,
+        NextRays => Rays,
+        Media => NextMedia,
+        NextMedia => Media,
+        Queue => NextQueue,
+        NextQueue => Queue,
+        other => other,
+    }
+}
+
+/// All rows of the frame, in its order.
+pub fn all() -> impl Iterator<Item = &'static Pass> {
+    PROLOGUE.iter().chain(PER_DEPTH).chain(EPILOGUE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kernel_is_a_pass() {
+        for code in &crate::kernel::table::KERNELS {
+            assert!(
+                all().chain(SELF_TEST).any(|p| p.kernel.name() == code.name),
+                "{} is in no table",
+                code.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_wrong_row_is_caught() {
+        let honest = PER_DEPTH[0];
+        assert!(!agrees(&[Pass { writes: &[Hits], ..honest }]), "a missing write passes");
+        assert!(!agrees(&[Pass { kernel: Kernel::Gather, ..honest }]), "a wrong kernel passes");
+    }
+}

@@ -1,0 +1,343 @@
+//! Scene to flat arrays: everything the kernels see, in the local frame, rounded to f32 once.
+
+pub mod bvh;
+pub mod coincident_solids;
+pub mod local_frame;
+pub mod max_depth;
+mod rounding;
+pub mod scene_features;
+mod solids;
+mod triangles;
+pub mod winding_number;
+
+use crate::kernel::abi::{self, double};
+use crate::prepare::bvh::{Bvh, Cache, CompressedNode, Forms, Prim, Wanted};
+use crate::prepare::local_frame::{LocalFrame, times_power_of_two};
+use crate::prepare::max_depth::Reach;
+use crate::prepare::scene_features::Found;
+use crate::scene::bounds::Bounds;
+use crate::scene::{Fresnel, Scene};
+use crate::settings::defect::Defect;
+use crate::settings::forced_features::Feature;
+use crate::settings::{Origin, Precision, Settings};
+use glam::DVec3;
+pub(crate) use rounding::WIDE_RADII;
+use rounding::{Rounding, wide_sphere};
+use solids::{Solid, media};
+use triangles::{Kept, Triangles};
+
+/// Solids a ray can be in at once, at most.
+pub const MEDIA_MAX: u32 = 8;
+/// Primitives of one kind, beside more of the other, that are tested one by one: a handful, so that the
+/// tests cost less than a second kind of leaf does at every step.
+const LOOSE_MAX: usize = 8;
+/// Lights farther than 2^40 scene radii are drawn in to that distance along their direction, with
+/// the intensity that gives the same light: the direction turns by less than 2^-40.
+const LIGHT_FAR: f64 = 1_099_511_627_776.0;
+
+/// A scene as the kernels see it.
+#[derive(Debug, Clone)]
+pub struct Packed {
+    /// Local frame of all positions.
+    pub frame: LocalFrame,
+    /// Triangles in leaf order.
+    pub triangles: Vec<double::Triangle>,
+    /// Parallel to `triangles`.
+    pub flat_normals: Vec<double::FlatNormal>,
+    /// Parallel to `triangles`; empty unless some mesh is smooth.
+    pub corner_normals: Vec<double::CornerNormals>,
+    /// Spheres in leaf order.
+    pub spheres: Vec<double::Sphere>,
+    /// Very large and very small spheres.
+    pub wide_spheres: Vec<double::WideSphere>,
+    /// The hierarchy's nodes; one unused node for brute force, empty where rays walk in packets alone.
+    pub nodes: Vec<double::Node>,
+    /// The same as packets of rays read them; empty for brute force, and where no packets walk.
+    pub compressed_nodes: Vec<CompressedNode>,
+    /// Triangles, spheres are outside the hierarchy.
+    pub loose: [bool; 2],
+    /// Levels of the hierarchy; 0 for brute force.
+    pub bvh_depth: usize,
+    /// Entries that a packet's stack may take; 0 where no packets walk.
+    pub packet_stack: usize,
+    /// Materials.
+    pub materials: Vec<double::Material>,
+    /// Lights.
+    pub lights: Vec<double::Light>,
+    /// Index of refraction of the surrounding space, then of each solid.
+    pub solid_iors: Vec<f32>,
+    /// Priority of the surrounding space, then of each solid.
+    pub solid_priorities: Vec<i32>,
+    /// Solids a ray of this scene can be in at once; 0 if nothing refracts.
+    pub media_capacity: u32,
+    /// Solids the eye is in, outermost first, padded with 0 to `media_capacity`.
+    pub eye_media: Vec<u32>,
+    /// Solids the eye is in beyond those.
+    pub eye_media_dropped: u64,
+    /// Up to how many primitives every one would be tested.
+    pub brute_force_max: usize,
+    /// What the scene has, stand-ins apart.
+    pub found: Found,
+    /// How deep its light can travel.
+    pub reach: Reach,
+    /// Some hit spawns two rays, or that is switched on.
+    pub branching: bool,
+    /// Triangles without area, dropped.
+    pub degenerate_triangles: u64,
+}
+
+/// Packs `scene` for kernels of a precision, whichever way rays will walk. Up to `brute_force_max` primitives there
+/// is no hierarchy (`plan::brute_force_max`).
+pub fn pack(scene: &Scene, settings: &Settings, brute_force_max: usize) -> Packed {
+    pack_forms(scene, settings, brute_force_max, Forms::Both)
+}
+
+/// The same with `forms` of the hierarchy's nodes (`plan::Limits::forms` knows which a device needs).
+pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, forms: Forms) -> Packed {
+    let precision = settings.precision;
+    let planted = |d: Defect| settings.planted == Some(d);
+    let on = |f: Feature| settings.schedule.general.has(f);
+    let mut frame = LocalFrame::of(scene);
+    if planted(Defect::WorldFrame) {
+        frame = LocalFrame::world(&frame);
+    }
+    let eye = frame.point(scene.camera.look_from);
+    let round = Rounding { precision, padding: if planted(Defect::TightBoxes) { 0.0 } else { bvh::PADDING } };
+    let mut solids = Vec::new();
+    let degenerate_normal = planted(Defect::KeepDegenerate).then_some(DVec3::Y);
+    let triangles = Triangles::new(scene, &frame, round, degenerate_normal, eye, &mut solids);
+    let Kept { mut prims, degenerate, mut exact } = triangles.kept();
+    let (count, flat_count) = (prims.len(), triangles.len() as u32);
+
+    let mut spheres = Vec::with_capacity(scene.spheres.len());
+    let mut wide_spheres = Vec::new();
+    let sphere_bounds = |s: &double::Sphere| round.sphere_box(DVec3::from_array(s.center), s.radius.abs());
+    for (i, s) in scene.spheres.iter().enumerate() {
+        let (center, radius) = (frame.point(s.center), frame.length(s.radius));
+        let material = &scene.materials[s.material];
+        let solid = if material.refracts() {
+            solids.push(Solid {
+                bounds: Bounds::of_sphere(center, radius),
+                ior: material.ior,
+                priority: material.priority,
+                contains_eye: eye.distance(center) < radius,
+            });
+            solids.len() as u32
+        } else {
+            0
+        };
+        let rounded = round.point(center);
+        let is_wide =
+            precision != Precision::Fast && !planted(Defect::NoWide) && !WIDE_RADII.contains(&radius);
+        let (radius, wide) = if is_wide {
+            wide_spheres.push(wide_sphere(center, radius, round));
+            // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
+            // roundings of centre and radius.
+            let box_radius = round.number((radius + rounded.abs().max_element()) * 2f64.powi(-20) + radius);
+            (-box_radius, wide_spheres.len() as u32 - 1)
+        } else {
+            (round.number(radius), abi::NONE)
+        };
+        let (id, material) = (flat_count + i as u32, s.material as u32);
+        let packed = double::Sphere { center: rounded.to_array(), radius, material, solid, wide, id };
+        let (prim, same) = Prim::of(id, &sphere_bounds(&packed), true);
+        exact &= same;
+        prims.push(prim);
+        spheres.push(packed);
+    }
+
+    let mut found = Found {
+        triangles: count as u64,
+        spheres: spheres.len() as u64,
+        wide_spheres: wide_spheres.len() as u64,
+        smooth_normals: triangles.any_smooth,
+        lights: scene.lights.len() as u64,
+        solids: solids.len() as u64,
+        ..Found::default()
+    };
+    let brute = prims.len() <= brute_force_max;
+    if spheres.is_empty() && (on(Feature::Spheres) || on(Feature::WideSpheres)) {
+        let stand_in = scene_features::sphere(flat_count);
+        prims.push(Prim::of(flat_count, &sphere_bounds(&stand_in), true).0);
+        exact = false;
+        spheres.push(stand_in);
+    }
+    let stand_in = (count == 0 && on(Feature::Triangles))
+        .then(|| scene_features::triangle(flat_count + spheres.len() as u32));
+    let stand_in_bounds = |t: &double::Triangle| {
+        let bounds = [t.a, t.b, t.c].iter().fold(Bounds::EMPTY, |b, c| b.with(DVec3::from_array(*c)));
+        round.padded(bounds.lo, bounds.hi)
+    };
+    if let Some((shape, _)) = &stand_in {
+        // Triangles come first.
+        prims.insert(0, Prim::of(shape.id, &stand_in_bounds(shape), false).0);
+        exact = false;
+    }
+    let count = count + usize::from(stand_in.is_some());
+
+    // A few of one kind beside many of the other: the walk then has code for one kind only.
+    let few =
+        |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX && !on(Feature::MixedLeaves);
+    let loose = [few(count, spheres.len()), few(spheres.len(), count)];
+    let of_sphere = |id: u32| (id - flat_count) as usize;
+    let bounds = |id: u32| match &stand_in {
+        Some((shape, _)) if shape.id == id => stand_in_bounds(shape),
+        _ if id < flat_count => triangles.bounds(id),
+        _ => sphere_bounds(&spheres[of_sphere(id)]),
+    };
+    let bvh = if brute {
+        Bvh {
+            nodes: vec![double::Node::default()],
+            order: prims.into_iter().map(|p| p.index).collect(),
+            ..Bvh::default()
+        }
+    } else {
+        let cache = Cache::of_user();
+        let forms = if precision == Precision::Double { Forms::Nodes } else { forms };
+        let wanted = Wanted { loose, quality: settings.schedule.hierarchy, forms, cache: cache.as_ref() };
+        bvh::build_prims(prims, &wanted, if exact { None } else { Some(&bounds) })
+    };
+    let (triangle_order, sphere_order) = bvh.order.split_at(count);
+    let (packed_triangles, flat_normals) = match stand_in {
+        Some((shape, normal)) => (vec![shape], vec![normal]),
+        None => triangles.packed(triangle_order),
+    };
+    let corner_normals = match triangles.any_smooth || on(Feature::SmoothNormals) {
+        true if stand_in.is_some() => vec![double::CornerNormals::default()],
+        true => triangles.corner_normals(triangle_order),
+        false => Vec::new(),
+    };
+    let (at_once, mut eye_media) = media(&solids);
+    let least = if on(Feature::NestedMedia) { 2 } else { u32::from(on(Feature::Refraction)) };
+    let media_capacity = at_once.max(least);
+    eye_media.resize(media_capacity as usize, 0);
+    let eye_in = solids.iter().filter(|s| s.contains_eye).count();
+    if planted(Defect::EyeInAir) {
+        eye_media.fill(0);
+    }
+    let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
+    let branching = used().any(branches);
+    let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
+    found = Found { mirrors, solids_at_once: at_once, branching, ..found };
+    let reach = match on(Feature::Secondary) {
+        true => Reach::unlimited(branching),
+        false => Reach::new(used(), at_once > 1, branching),
+    };
+    let mut lights: Vec<double::Light> = scene.lights.iter().map(|l| light(l, &frame)).collect();
+    while on(Feature::Lights) && lights.len() < 2 {
+        lights.push(scene_features::light(lights.first()));
+    }
+    Packed {
+        frame,
+        triangles: packed_triangles,
+        flat_normals,
+        corner_normals,
+        spheres: sphere_order.iter().map(|id| spheres[of_sphere(*id)]).collect(),
+        wide_spheres,
+        nodes: bvh.nodes,
+        compressed_nodes: bvh.compressed,
+        loose: loose.map(|l| l && !brute),
+        bvh_depth: bvh.depth,
+        packet_stack: bvh.packet_stack,
+        materials: scene.materials.iter().map(material).collect(),
+        lights,
+        solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
+        solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
+        media_capacity,
+        eye_media,
+        eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
+        brute_force_max,
+        found,
+        reach,
+        branching: branching || on(Feature::Branching),
+        degenerate_triangles: degenerate,
+    }
+}
+
+fn branches(m: &crate::scene::Material) -> bool {
+    m.refracts() && !matches!(m.fresnel, Fresnel::Constant(f) if f <= 0.0)
+}
+
+fn material(m: &crate::scene::Material) -> double::Material {
+    let (fresnel_kind, fresnel) = match m.fresnel {
+        Fresnel::Constant(f) => (abi::FRESNEL_CONSTANT, f as f32),
+        Fresnel::Schlick => (abi::FRESNEL_SCHLICK, 0.0),
+        Fresnel::Exact => (abi::FRESNEL_EXACT, 0.0),
+    };
+    double::Material {
+        diffuse: m.diffuse.as_vec3().into(),
+        ambient: m.ambient as f32,
+        secondary: m.secondary as f32,
+        fresnel,
+        fresnel_kind,
+        ior: m.ior as f32,
+    }
+}
+
+fn light(l: &crate::scene::Light, frame: &LocalFrame) -> double::Light {
+    let position = frame.point(l.position);
+    let far = (position.length() / LIGHT_FAR).max(1.0);
+    let local = |c: f64| times_power_of_two(c / (far * far), 2 * frame.scale_log2) as f32;
+    double::Light {
+        position: (position / far).to_array(),
+        intensity: l.intensity.to_array().map(local),
+        pad: 0,
+    }
+}
+
+impl Packed {
+    /// The camera of `scene` under `settings`.
+    pub fn camera(&self, scene: &Scene, settings: &Settings) -> double::Camera {
+        let c = &scene.camera;
+        let forward = (c.look_at - c.look_from).normalize();
+        let right = forward.cross(c.up).normalize();
+        let up = right.cross(forward);
+        let (eye, mut advance) = self.frame.eye(c, forward);
+        if settings.planted == Some(Defect::EyeOrigin) {
+            advance = 0.0;
+        }
+        let half_height = (c.fov / 2.0).tan();
+        let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
+        let background = scene.render.background.as_vec3();
+        double::Camera {
+            origin: (eye + advance * forward).to_array(),
+            forward: forward.to_array(),
+            right: (half_width * right).to_array(),
+            up: (half_height * up).to_array(),
+            advance,
+            step_x: 2.0 / f64::from(settings.width),
+            step_y: 2.0 / f64::from(settings.height),
+            background_r: background.x,
+            background_g: background.y,
+            background_b: background.z,
+            origin_shift: match settings.origin {
+                Origin::Bound => 0.0,
+                Origin::Fixed(x) => self.frame.length(x) as f32,
+            },
+        }
+    }
+
+    /// Triangles and spheres.
+    pub fn primitive_count(&self) -> usize {
+        self.triangles.len() + self.spheres.len()
+    }
+
+    /// What the scene requires, in plain words.
+    pub fn features(&self) -> Vec<&'static str> {
+        [
+            ("triangles", self.found.triangles > 0),
+            ("smooth normals", self.found.smooth_normals),
+            ("spheres", self.found.spheres > 0),
+            ("spheres beyond single precision", self.found.wide_spheres > 0),
+            ("bvh", self.bvh_depth > 0),
+            ("lights", self.found.lights > 0),
+            ("mirror", self.found.mirrors),
+            ("refraction", self.found.solids_at_once > 0),
+            ("nested media", self.found.solids_at_once > 1),
+            ("branching", self.found.branching),
+        ]
+        .into_iter()
+        .filter_map(|(name, there)| there.then_some(name))
+        .collect()
+    }
+}

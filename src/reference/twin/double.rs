@@ -1,0 +1,43 @@
+//! The twins in double precision: the same files.
+
+#[path = "frame.rs"]
+pub mod frame;
+#[path = "gather.rs"]
+pub mod gather;
+#[path = "generate.rs"]
+pub mod generate;
+#[path = "intersect.rs"]
+pub mod intersect;
+#[path = "lib/mod.rs"]
+pub mod lib;
+#[path = "memory.rs"]
+pub mod memory;
+#[path = "place.rs"]
+pub mod place;
+#[path = "resolve.rs"]
+pub mod resolve;
+#[path = "scan.rs"]
+pub mod scan;
+#[path = "shade.rs"]
+pub mod shade;
+#[path = "shadow.rs"]
+pub mod shadow;
+#[path = "spawn.rs"]
+pub mod spawn;
+#[path = "trace.rs"]
+pub mod trace;
+#[path = "real_f64.rs"]
+pub mod real;
+
+pub use crate::kernel::abi::double as structs;
+pub use frame::render;
+pub use memory::Memory;
+
+use crate::settings::Precision;
+
+const PRECISION: Precision = Precision::Double;
+
+/// Host structs as these kernels see them.
+fn from_host<T: Copy>(host: &[T]) -> Vec<T> {
+    host.to_vec()
+}

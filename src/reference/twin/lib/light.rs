@@ -1,0 +1,117 @@
+//! Twin of `glsl/lib/light.glsl`.
+
+use super::super::real::{Real, Real3, U, Vec3, float};
+use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
+use super::numeric::{dot3, max_component};
+use super::surface::spawn_origin;
+use super::trace::{Shapes, make_trace_ray};
+use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT};
+use crate::settings::sampler::pcg4d;
+
+fn before_light(light: Real3, segment: Real3) -> Real {
+    let m = max_component(light);
+    let share = (64.0 * U) * if m > 1.0 { m } else { 1.0 } / max_component(segment);
+    if share < 0.5 { 1.0 - share } else { 0.5 }
+}
+
+fn direct_light(
+    shapes: &Shapes<'_>,
+    light: &Light,
+    s: &Surface,
+    shift: f32,
+    shadow_rays: &mut u32,
+    counters: &mut [u32],
+) -> Vec3 {
+    let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
+    let fixed = shapes.spec.origin_fixed != 0;
+    let target = Real3::from(light.position);
+    let to_light = target - position;
+    let along = dot3(to_light, normal);
+    if !(along > 0.0 && dot3(to_light, offset) > 0.0) {
+        return Vec3::ZERO;
+    }
+    *shadow_rays += 1;
+    let mut squared = dot3(to_light, to_light);
+    let least_squared = dot3(offset, offset);
+    if squared < least_squared {
+        counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
+        squared = least_squared;
+    }
+    let away = if fixed { to_light / squared.sqrt() } else { offset };
+    let origin = spawn_origin(position, offset, away, fixed, shift);
+    let segment = target - origin;
+    let r = make_trace_ray(origin, segment, if fixed { NONE } else { s.primitive });
+    if shapes.closest_hit(&r, before_light(target, segment), true, counters).primitive != NONE {
+        return Vec3::ZERO;
+    }
+    Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared)
+}
+
+/// What lights shine on, and what comes of it.
+pub struct Lit<'a> {
+    /// What may be in the way.
+    pub shapes: Shapes<'a>,
+    /// Of the pass.
+    pub push: &'a Push,
+    /// Background, and the fixed shift of origins.
+    pub camera: &'a Camera,
+    /// All of them.
+    pub lights: &'a [Light],
+    /// By ray.
+    pub contributions: &'a mut [Contribution],
+    /// By sample.
+    pub slots: &'a mut [[f32; 3]],
+    /// By sample.
+    pub paths: &'a mut [Path],
+    /// By depth.
+    pub depth_counts: &'a mut [DepthCount],
+    /// By `COUNTER_…`.
+    pub counters: &'a mut [u32],
+}
+
+impl Lit<'_> {
+    /// Lights of this pass on surface `s` of ray `i`, of material `m`.
+    pub fn light_up(&mut self, i: usize, ray: &Ray, s: &Surface, m: &Material, first: bool, last: bool) {
+        let (spec, push) = (self.shapes.spec, self.push);
+        let hit = s.primitive != NONE;
+        let diffuse = Vec3::from(m.diffuse);
+        let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
+        let (mut shadow_rays, mut seen) = (0, 0u32);
+        let mut light = if first { Vec3::ZERO } else { self.contributions[i].light.into() };
+        if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
+            for source in &self.lights[push.light_begin as usize..push.light_end as usize] {
+                let shift = self.camera.origin_shift;
+                let more = direct_light(&self.shapes, source, s, shift, &mut shadow_rays, self.counters);
+                light += more;
+                seen = seen << 1 | u32::from(!(more.x == 0.0 && more.y == 0.0 && more.z == 0.0));
+            }
+            self.depth_counts[push.depth as usize - 1].shadow += shadow_rays;
+        }
+        let slot = ray.slot;
+        if spec.survey != 0 {
+            let kind = if hit { s.flags & ((1 << PREFIX_SHIFT) - 1) } else { 0 };
+            let id = if hit { self.shapes.primitive_id(s.primitive) } else { NONE };
+            let hash = pcg4d([id, kind, push.depth, push.light_begin << 8 | seen])[0];
+            let path = &mut self.paths[slot as usize];
+            path.hash = path.hash.wrapping_add(hash);
+            path.rays += shadow_rays + u32::from(first);
+            path.depth = path.depth.max(push.depth);
+        }
+        if !last {
+            self.contributions[i].light = light.into();
+            return;
+        }
+        let c = self.camera;
+        let background = Vec3::new(c.background_r, c.background_g, c.background_b);
+        let color = if hit { own * (diffuse * (Vec3::splat(m.ambient) + light)) } else { background };
+        let weighted = Vec3::from(ray.throughput) * color;
+        let begins = push.depth == 1;
+        if spec.branching != 0 && !begins {
+            self.contributions[i] = Contribution { light: weighted.into(), slot };
+        } else {
+            let total = &mut self.slots[slot as usize];
+            let sum = if begins { Vec3::ZERO } else { Vec3::from(*total) };
+            *total = (sum + weighted).into();
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The buffers of a plan in host memory, and the pass that runs on them.
+
+use super::real::Real;
+use super::structs::{
+    Camera, Contribution, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node,
+    Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
+};
+use super::{PRECISION, from_host};
+use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
+use crate::kernel::abi::double::Camera as HostCamera;
+use crate::kernel::abi::{BUFFERS, Buf, Specialisation};
+use crate::kernel::table::Kernel;
+use crate::prepare::Packed;
+
+macro_rules! memory {
+    ($($field:ident / $variant:ident: $element:ty;)*) => {
+        /// Every buffer of the frame, under its kernel name.
+        #[derive(Debug, Clone)]
+        pub struct Memory {
+            $(
+                #[doc = concat!("Buffer `", stringify!($field), "`.")]
+                pub $field: Vec<$element>,
+            )*
+        }
+
+        impl Memory {
+            /// Buffers of these lengths, all zero.
+            pub fn of_lengths(length: impl Fn(Buf) -> usize) -> Memory {
+                Memory { $($field: vec![<$element>::default(); length(Buf::$variant)],)* }
+            }
+        }
+    };
+}
+
+memory! {
+    camera / Camera: Camera;
+    triangles / Triangles: Triangle;
+    flat_normals / FlatNormals: FlatNormal;
+    corner_normals / CornerNormals: CornerNormals;
+    spheres / Spheres: Sphere;
+    wide_spheres / WideSpheres: WideSphere;
+    nodes / Nodes: Node;
+    compressed_nodes / CompressedNodes: crate::kernel::abi::single::CompressedChild;
+    materials / Materials: Material;
+    lights / Lights: Light;
+    solid_iors / SolidIors: f32;
+    solid_priorities / SolidPriorities: i32;
+    eye_media / EyeMedia: u32;
+    pixels / Pixels: u32;
+    rays / Rays: Ray;
+    next_rays / NextRays: Ray;
+    media / Media: u32;
+    next_media / NextMedia: u32;
+    queue / Queue: Queue;
+    next_queue / NextQueue: Queue;
+    hits / Hits: Hit;
+    surfaces / Surfaces: Surface;
+    totals / Totals: u32;
+    offsets / Offsets: u32;
+    places / Places: u32;
+    contributions / Contributions: Contribution;
+    slots / Slots: [f32; 3];
+    paths / Paths: Path;
+    film / Film: Film;
+    marks / Marks: Mark;
+    depth_counts / DepthCounts: DepthCount;
+    counters / Counters: u32;
+    self_test / SelfTest: Real;
+}
+
+impl Memory {
+    /// Buffers of `bytes` each, in binding order, with the scene and `camera` in place.
+    pub fn new(bytes: &[u64], packed: &Packed, camera: &HostCamera) -> Memory {
+        let element = |b: Buf| crate::plan::element_bytes(BUFFERS[b as usize].1, PRECISION);
+        let mut memory = Memory::of_lengths(|b| (bytes[b as usize] / element(b)) as usize);
+        memory.camera = from_host(std::slice::from_ref(camera));
+        memory.triangles = from_host(&packed.triangles);
+        memory.flat_normals = from_host(&packed.flat_normals);
+        memory.corner_normals = from_host(&packed.corner_normals);
+        memory.spheres = from_host(&packed.spheres);
+        memory.wide_spheres = from_host(&packed.wide_spheres);
+        memory.nodes = from_host(&packed.nodes);
+        memory.compressed_nodes = packed.compressed_nodes.as_flattened().to_vec();
+        memory.materials = from_host(&packed.materials);
+        memory.lights = from_host(&packed.lights);
+        memory.solid_iors.clone_from(&packed.solid_iors);
+        memory.solid_priorities.clone_from(&packed.solid_priorities);
+        memory.eye_media.clone_from(&packed.eye_media);
+        memory
+    }
+
+    /// Exchanges the queues of this depth and the next.
+    pub fn next_depth(&mut self) {
+        std::mem::swap(&mut self.rays, &mut self.next_rays);
+        std::mem::swap(&mut self.media, &mut self.next_media);
+        std::mem::swap(&mut self.queue, &mut self.next_queue);
+    }
+
+    /// Runs one kernel. Its arguments are its bindings, in the kernel's order.
+    pub fn run(&mut self, kernel: Kernel, spec: &Specialisation, push: &Push) {
+        let m = self;
+        match kernel {
+            Kernel::Generate => generate::generate(
+                spec,
+                push,
+                &m.camera,
+                &m.eye_media,
+                &m.pixels,
+                &mut m.rays,
+                &mut m.media,
+                &mut m.paths,
+            ),
+            Kernel::Intersect => intersect::intersect(
+                spec,
+                &m.triangles,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.nodes,
+                &m.rays,
+                &m.queue,
+                &mut m.hits,
+                &mut m.counters,
+            ),
+            Kernel::Shade => shade::shade(
+                spec,
+                push,
+                &m.triangles,
+                &m.flat_normals,
+                &m.corner_normals,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.materials,
+                &m.solid_iors,
+                &m.solid_priorities,
+                &m.rays,
+                &m.media,
+                &m.queue,
+                &m.hits,
+                &mut m.surfaces,
+                &mut m.totals,
+                &mut m.paths,
+            ),
+            Kernel::Scan => scan::scan(
+                spec,
+                push,
+                &m.queue,
+                &m.totals,
+                &mut m.offsets,
+                &mut m.next_queue,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Spawn => spawn::spawn(
+                spec,
+                &m.camera,
+                &m.materials,
+                &m.rays,
+                &m.media,
+                &m.queue,
+                &m.next_queue,
+                &m.surfaces,
+                &m.offsets,
+                &mut m.next_rays,
+                &mut m.next_media,
+                &mut m.counters,
+            ),
+            Kernel::Shadow => shadow::shadow(
+                spec,
+                push,
+                &m.camera,
+                &m.triangles,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.nodes,
+                &m.materials,
+                &m.lights,
+                &m.rays,
+                &m.queue,
+                &m.surfaces,
+                &mut m.contributions,
+                &mut m.slots,
+                &mut m.paths,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Gather => {
+                gather::gather(&m.queue, &m.contributions, &mut m.slots, &mut m.counters);
+            }
+            // No part of a frame: `crate::render::self_test` judges what it writes.
+            Kernel::Selftest => {}
+            Kernel::Trace => trace::trace(
+                spec,
+                push,
+                &m.camera,
+                &m.triangles,
+                &m.flat_normals,
+                &m.corner_normals,
+                &m.spheres,
+                &m.wide_spheres,
+                &m.nodes,
+                &m.materials,
+                &m.lights,
+                &m.solid_iors,
+                &m.solid_priorities,
+                &m.rays,
+                &mut m.next_rays,
+                &m.media,
+                &mut m.next_media,
+                &m.queue,
+                &mut m.totals,
+                &m.places,
+                &mut m.contributions,
+                &mut m.slots,
+                &mut m.paths,
+                &mut m.depth_counts,
+                &mut m.counters,
+            ),
+            Kernel::Place => {
+                place::place(spec, &m.queue, &m.next_queue, &m.totals, &m.offsets, &mut m.places)
+            }
+            Kernel::Resolve => {
+                resolve::resolve(spec, push, &m.slots, &m.paths, &mut m.film, &mut m.marks);
+            }
+        }
+    }
+}

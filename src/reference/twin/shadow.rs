@@ -1,0 +1,40 @@
+//! Twin of `glsl/shadow.comp`.
+
+use super::lib::light::Lit;
+use super::lib::trace::Shapes;
+use super::structs::{
+    Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface,
+    Triangle, WideSphere,
+};
+use crate::kernel::abi::{NONE, Specialisation};
+
+/// Own colour of every struck surface.
+pub fn shadow(
+    spec: &Specialisation,
+    push: &Push,
+    camera: &[Camera],
+    triangles: &[Triangle],
+    spheres: &[Sphere],
+    wide_spheres: &[WideSphere],
+    nodes: &[Node],
+    materials: &[Material],
+    lights: &[Light],
+    rays: &[Ray],
+    queue: &[Queue],
+    surfaces: &[Surface],
+    contributions: &mut [Contribution],
+    slots: &mut [[f32; 3]],
+    paths: &mut [Path],
+    depth_counts: &mut [DepthCount],
+    counters: &mut [u32],
+) {
+    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
+    let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
+    let camera = &camera[0];
+    let mut lit = Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
+    for i in 0..queue[0].count as usize {
+        let s = &surfaces[i];
+        let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];
+        lit.light_up(i, &rays[i], s, m, first, last);
+    }
+}

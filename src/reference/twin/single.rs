@@ -1,0 +1,46 @@
+//! The twins in single precision.
+
+#[path = "frame.rs"]
+pub mod frame;
+#[path = "gather.rs"]
+pub mod gather;
+#[path = "generate.rs"]
+pub mod generate;
+#[path = "intersect.rs"]
+pub mod intersect;
+#[path = "lib/mod.rs"]
+pub mod lib;
+#[path = "memory.rs"]
+pub mod memory;
+#[path = "place.rs"]
+pub mod place;
+#[path = "resolve.rs"]
+pub mod resolve;
+#[path = "scan.rs"]
+pub mod scan;
+#[path = "shade.rs"]
+pub mod shade;
+#[path = "shadow.rs"]
+pub mod shadow;
+#[path = "spawn.rs"]
+pub mod spawn;
+#[path = "trace.rs"]
+pub mod trace;
+#[path = "real_f32.rs"]
+pub mod real;
+#[path = "words.rs"]
+mod words;
+
+pub use crate::kernel::abi::single as structs;
+pub use frame::render;
+pub use memory::Memory;
+pub use words::POISON;
+
+use crate::settings::Precision;
+
+const PRECISION: Precision = Precision::Robust;
+
+/// Host structs as these kernels see them: each number rounded once.
+fn from_host<W, N: for<'w> From<&'w W>>(host: &[W]) -> Vec<N> {
+    host.iter().map(N::from).collect()
+}

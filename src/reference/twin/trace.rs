@@ -1,0 +1,76 @@
+//! Twin of `glsl/trace.comp`.
+
+use super::lib::light::Lit;
+use super::lib::spawn::{Nursery, spawn};
+use super::lib::strike::Scene;
+use super::lib::trace::{Shapes, make_trace_ray};
+use super::real::FAR;
+use super::structs::{
+    Camera, Contribution, CornerNormals, DepthCount, FlatNormal, Light, Material, Node, Path, Push, Queue,
+    Ray, Sphere, Triangle, WideSphere,
+};
+use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
+
+/// One depth of every ray in the queue: closest hit, surface, children and own colour. Which children a subgroup's
+/// rays have is a word, as in glsl/lib/children.glsl.
+pub fn trace(
+    spec: &Specialisation,
+    push: &Push,
+    camera: &[Camera],
+    triangles: &[Triangle],
+    flat_normals: &[FlatNormal],
+    corner_normals: &[CornerNormals],
+    spheres: &[Sphere],
+    wide_spheres: &[WideSphere],
+    nodes: &[Node],
+    materials: &[Material],
+    lights: &[Light],
+    solid_iors: &[f32],
+    solid_priorities: &[i32],
+    rays: &[Ray],
+    next_rays: &mut [Ray],
+    media: &[u32],
+    next_media: &mut [u32],
+    queue: &[Queue],
+    totals: &mut [u32],
+    places: &[u32],
+    contributions: &mut [Contribution],
+    slots: &mut [[f32; 3]],
+    paths: &mut [Path],
+    depth_counts: &mut [DepthCount],
+    counters: &mut [u32],
+) {
+    let (count, capacity) = (queue[0].count as usize, spec.media_capacity as usize);
+    let (lanes, most) = (spec.lanes as usize, 1 + usize::from(spec.branching != 0));
+    let scene = Scene {
+        spec,
+        push,
+        triangles,
+        flat_normals,
+        corner_normals,
+        spheres,
+        wide_spheres,
+        materials,
+        solid_iors,
+        solid_priorities,
+    };
+    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
+    let camera = &camera[0];
+    // All subgroups of a workgroup have their word.
+    totals[..count.next_multiple_of(spec.workgroup as usize) / lanes].fill(0);
+    for i in 0..count {
+        let place = if push.depth == 1 { i } else { places[i] as usize };
+        let (ray, inside) = (&rays[place], &media[place * capacity..(place + 1) * capacity]);
+        let r = make_trace_ray(ray.origin.into(), ray.direction.into(), ray.skip);
+        let h = shapes.closest_hit(&r, FAR, false, counters);
+        let s = scene.strike(ray, inside, &h, paths);
+        let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];
+        let mut next = Nursery { rays: next_rays, media: next_media, counters };
+        spawn(spec, camera, &s, ray, m.secondary, inside, i * most, &mut next);
+        let bit = |flag, shift| u32::from(s.flags & flag != 0) << (shift + i % lanes);
+        totals[i / lanes] |= bit(CHILD_REFLECTED, 0) | bit(CHILD_REFRACTED, 16);
+        let mut lit =
+            Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
+        lit.light_up(i, ray, &s, m, true, true);
+    }
+}

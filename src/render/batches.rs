@@ -1,0 +1,418 @@
+//! One render in progress: tiles, batches, submits.
+
+use super::tally::Tally;
+use super::upload::uploads;
+use super::{Observer, RenderError};
+use crate::kernel::abi::{self, Buf, DepthCount, Film, Mark, Push, Queue};
+use crate::plan::Plan;
+use crate::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
+use crate::plan::tiles::{self, Tile};
+use crate::prepare::Packed;
+use crate::report::timeline::Submit;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
+use std::ops::Range;
+use std::rc::Rc;
+
+/// Device time of one submit to aim at: well under the two seconds after which some systems take a
+/// device for hung, and often enough for a progress bar.
+const SUBMIT_SECONDS: f64 = 0.25;
+
+/// What poisoned buffers hold.
+const QUIET_NAN: u32 = 0x7fc0_0000;
+/// Buffers whose contents do not outlive a submit.
+const TRANSIENT: &[Buf] = &[
+    Buf::Rays,
+    Buf::NextRays,
+    Buf::Media,
+    Buf::NextMedia,
+    Buf::Queue,
+    Buf::NextQueue,
+    Buf::Hits,
+    Buf::Surfaces,
+    Buf::Totals,
+    Buf::Offsets,
+    Buf::Places,
+    Buf::Contributions,
+    Buf::Slots,
+    Buf::Paths,
+];
+
+/// What of the image is there: whole tiles, and the tile that was cut short.
+pub(super) struct Drawn {
+    /// The region's pixels, linear.
+    pub(super) linear: Vec<[f32; 3]>,
+    /// Rectangles with all their samples.
+    pub(super) finished: Vec<Tile>,
+    /// Of the finished rectangles.
+    pub(super) tally: Tally,
+}
+
+impl Drawn {
+    /// Nothing yet.
+    pub(super) fn new(settings: &Settings) -> Drawn {
+        let [x0, y0, x1, y1] = settings.region();
+        let pixels = (x1 - x0) as usize * (y1 - y0) as usize;
+        Drawn { linear: vec![[0.0; 3]; pixels], finished: Vec::new(), tally: Tally::default() }
+    }
+}
+
+/// Pixels that are traced together: a tile, or a list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    /// Image coordinates of a tile's first pixel; 0 for a list.
+    x: u32,
+    y: u32,
+    /// Pixels per row of a tile; of the image for a list.
+    width: u32,
+    pub(super) pixels: u32,
+}
+
+impl From<&Tile> for Part {
+    fn from(tile: &Tile) -> Part {
+        Part { x: tile.x, y: tile.y, width: tile.width, pixels: tile.pixels() }
+    }
+}
+
+impl Part {
+    /// A list of pixels, row * `width` + column.
+    pub(super) fn listed(width: u32, pixels: u32) -> Part {
+        Part { x: 0, y: 0, width, pixels }
+    }
+}
+
+/// Buffers, recorder, and the state of the plan as it meets the scene.
+pub(crate) struct Frame {
+    pub(crate) pipelines: Rc<Pipelines>,
+    pub(crate) buffers: Buffers,
+    pub(crate) recorder: Recorder,
+    settings: Settings,
+    pub(super) plan: Plan,
+    lights: u32,
+    pub(super) batch_samples: u32,
+    /// Device seconds per sample so far, to size the next submit.
+    rate: f64,
+    /// Fill what the kernels write with NaN before each submit.
+    pub(super) poison: bool,
+    /// Submits so far, where they are to be kept; each then holds one batch.
+    pub(super) trace: Option<Vec<Submit>>,
+}
+
+impl Frame {
+    pub(crate) fn new(
+        device: &Rc<Device>,
+        pipelines: Rc<Pipelines>,
+        packed: &Packed,
+        scene: &Scene,
+        settings: &Settings,
+        plan: &Plan,
+    ) -> Result<Frame, VkError> {
+        let film = plan.buffer_bytes[Buf::Film as usize] + plan.buffer_bytes[Buf::Marks as usize];
+        let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
+        let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
+        let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
+        let camera = [packed.camera(scene, settings)];
+        // A scene may be packed for either walk; the plan has room for the nodes of one.
+        let unused = if plan.walks_in_packets() { Buf::Nodes } else { Buf::CompressedNodes };
+        for upload in uploads(packed, &camera, settings.precision) {
+            if upload.buffer == unused {
+                continue;
+            }
+            recorder.upload_made(&mut buffers, upload.buffer, upload.shape, &|from, out| {
+                upload.fill(from, out)
+            })?;
+        }
+        Ok(Frame {
+            pipelines,
+            buffers,
+            recorder,
+            settings: settings.clone(),
+            plan: plan.clone(),
+            lights: packed.lights.len() as u32,
+            batch_samples: plan.batch_samples,
+            rate: 0.0,
+            poison: false,
+            trace: None,
+        })
+    }
+
+    /// Runs every kernel once on one pixel: a software device compiles at the first dispatch.
+    pub(super) fn warm_up(&mut self) -> Result<(), RenderError> {
+        let [x, y, ..] = self.settings.region();
+        let tile = Tile { x, y, width: 1, height: 1 };
+        self.recorder.begin()?;
+        for buffer in [Buf::Film, Buf::Pixels, Buf::Marks, Buf::DepthCounts, Buf::Counters] {
+            self.recorder.fill(&self.buffers, buffer, 0);
+        }
+        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2));
+        self.recorder.submit(&self.buffers)?;
+        Ok(())
+    }
+
+    /// The tiles that `drawn` lacks, until done or cancelled. Gives the share of samples done and what
+    /// the tile that was cut short counted.
+    pub(super) fn render(
+        &mut self,
+        drawn: &mut Drawn,
+        observer: &mut dyn Observer,
+    ) -> Result<(f64, Tally), RenderError> {
+        let region = self.settings.region();
+        let total = drawn.linear.len() as u64 * u64::from(self.settings.samples);
+        let mut work = tiles::remaining(tiles::tiles(region, self.plan.tile_pixels), &drawn.finished);
+        let pixels: u64 = drawn.finished.iter().map(|t| u64::from(t.pixels())).sum();
+        let mut done = pixels * u64::from(self.settings.samples);
+        let mut cut = Tally::default();
+        while let Some(tile) = work.pop() {
+            match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
+                End::Done(samples, tally) => {
+                    let (film, _) = self.film(tile.pixels())?;
+                    let replicates = self.plan.specialisation.replicates as usize;
+                    for (pixel, at) in film.chunks(replicates).zip(tile.offsets(region)) {
+                        drawn.linear[at] = mean(pixel, samples);
+                    }
+                    done += u64::from(tile.pixels()) * u64::from(samples);
+                    if samples < self.settings.samples {
+                        cut = tally;
+                        break;
+                    }
+                    tiles::push(&mut drawn.finished, tile);
+                    drawn.tally.add(&tally);
+                }
+                End::Overflow if self.batch_samples > 1 => {
+                    self.batch_samples /= 2;
+                    work.push(tile);
+                }
+                End::Overflow => match tile.halves() {
+                    Some([first, second]) => work.extend([second, first]),
+                    None => return Err(self.pixel_too_deep(tile.x, tile.y)),
+                },
+            }
+            if observer.cancelled() && !work.is_empty() {
+                break;
+            }
+        }
+        Ok((done as f64 / total as f64, cut))
+    }
+
+    pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
+        RenderError::DoesNotFit(format!(
+            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the planned queue holds; \
+             try a smaller --depth",
+            self.plan.capacity
+        ))
+    }
+
+    /// Samples of all pixels of a part, from scratch. `done` of `total` samples were there before.
+    pub(super) fn samples(
+        &mut self,
+        part: &Part,
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+        done: u64,
+        total: u64,
+    ) -> Result<End, RenderError> {
+        let pixels = u64::from(part.pixels);
+        let mut tally = Tally { tiles: 1, pixels, ..Tally::default() };
+        let mut first = samples.start;
+        while first < samples.end {
+            self.recorder.begin()?;
+            if self.poison {
+                for buffer in TRANSIENT {
+                    self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
+                }
+            }
+            if first == samples.start {
+                self.recorder.fill(&self.buffers, Buf::Film, 0);
+                self.recorder.fill(&self.buffers, Buf::Marks, 0);
+            }
+            self.recorder.fill(&self.buffers, Buf::DepthCounts, 0);
+            self.recorder.fill(&self.buffers, Buf::Counters, 0);
+            let begin = first;
+            let most = self.samples_per_submit(part);
+            let mut per_batch = 0;
+            while first < samples.end
+                && (first == begin || first - begin < most)
+                && self.recorder.dispatches() + per_batch <= DISPATCHES_MAX
+            {
+                let batch = self.batch_samples.min(samples.end - first);
+                let before = self.recorder.dispatches();
+                self.batch(part, first, batch, self.settings.depth);
+                per_batch = self.recorder.dispatches() - before;
+                first += batch;
+                tally.batches += 1;
+            }
+            let counts = self.buffers.bytes(Buf::DepthCounts);
+            self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
+            self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
+            let timed = self.recorder.submit(&self.buffers)?;
+            self.note(u64::from(first - begin) * pixels, pixels, &timed);
+            if self.read_counts(&mut tally) {
+                return Ok(End::Overflow);
+            }
+            let traced = u64::from(first - begin) * pixels;
+            tally.depths[0][0] += traced;
+            tally.samples += traced;
+            tally.add_timings(&timed);
+            let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
+            self.rate = seconds / traced as f64;
+            observer.progress(done + u64::from(first - samples.start) * pixels, total);
+            if observer.cancelled() {
+                break;
+            }
+        }
+        Ok(End::Done(first - samples.start, tally))
+    }
+
+    /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
+    /// fill the aimed time, within what the 32-bit counts of a submit can hold.
+    fn samples_per_submit(&self, part: &Part) -> u32 {
+        if self.rate <= 0.0 || self.trace.is_some() {
+            return 1;
+        }
+        let per_sample = self.rate * f64::from(part.pixels);
+        let rays = f64::from(self.plan.capacity) / f64::from(self.batch_samples);
+        let counted = f64::from(u32::MAX) / (rays * f64::from(self.lights.max(1)));
+        (SUBMIT_SECONDS / per_sample).min(counted).max(1.0) as u32
+    }
+
+    /// Adds the submit's counts; true if a queue was too small.
+    fn read_counts(&mut self, tally: &mut Tally) -> bool {
+        let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
+        let staging = self.buffers.staging_bytes();
+        let depths: Vec<DepthCount> = bytemuck::pod_collect_to_vec(&staging[..bytes]);
+        let counters: Vec<u32> =
+            bytemuck::pod_collect_to_vec(&staging[bytes..bytes + 4 * abi::COUNTERS as usize]);
+        if counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
+            return true;
+        }
+        let counted = Tally {
+            depths: depths
+                .iter()
+                .map(|d| [d.traced, d.reflections, d.refractions, d.shadow].map(u64::from))
+                .collect(),
+            counters: std::array::from_fn(|i| u64::from(counters[i])),
+            ..Tally::default()
+        };
+        tally.add(&counted);
+        false
+    }
+
+    /// Records the frame for `samples` samples of every pixel of `part`.
+    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) {
+        let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
+        let items = part.pixels * samples;
+        let push = Push {
+            tile_x: part.x,
+            tile_y: part.y,
+            tile_width: part.width,
+            tile_pixels: part.pixels,
+            first_sample,
+            batch_samples: samples,
+            samples: self.settings.samples,
+            seed: self.settings.seed,
+            depth: 0,
+            last_depth,
+            light_begin: 0,
+            light_end: self.lights,
+            capacity: self.plan.capacity,
+            items,
+            cutoff: self.settings.cutoff,
+        };
+        let groups = items.div_ceil(self.plan.specialisation.workgroup);
+        let queue = Queue {
+            groups_x: groups.min(abi::GROUPS_PER_ROW),
+            groups_y: groups.div_ceil(abi::GROUPS_PER_ROW),
+            groups_z: 1,
+            count: items,
+            reflections: 0,
+        };
+        self.recorder.update(&self.buffers, Buf::Queue, bytemuck::bytes_of(&queue));
+        for pass in PROLOGUE {
+            self.dispatch(pass, 0, push, items);
+        }
+        for depth in 1..=last_depth {
+            let push = Push { depth, ..push };
+            let fused = self.plan.specialisation.fused != 0;
+            for pass in PER_DEPTH.iter().filter(|p| p.is_of(fused)) {
+                match pass.when {
+                    When::Always => self.dispatch(pass, depth, push, 0),
+                    When::NotLast if depth < last_depth => self.dispatch(pass, depth, push, 0),
+                    When::Branching if depth > 1 && self.plan.specialisation.branching != 0 => {
+                        self.dispatch(pass, depth, push, 0);
+                    }
+                    When::PerLights => {
+                        let mut begin = 0;
+                        loop {
+                            let end = (begin + self.plan.lights_per_pass).min(self.lights);
+                            let push = Push { light_begin: begin, light_end: end, ..push };
+                            self.dispatch(pass, depth, push, 0);
+                            begin = end;
+                            if begin >= self.lights {
+                                break;
+                            }
+                        }
+                    }
+                    When::NotLast | When::Branching => {}
+                }
+            }
+        }
+        for pass in EPILOGUE {
+            self.dispatch(pass, 0, push, part.pixels);
+        }
+    }
+
+    fn dispatch(&mut self, pass: &'static Pass, depth: u32, push: Push, items: u32) {
+        self.recorder.dispatch(&self.pipelines, &self.buffers, &Dispatch { pass, depth, push, items });
+    }
+
+    /// Running sums of the first `pixels` pixels, each with all its replicates, and, of a survey, their
+    /// marks.
+    pub(super) fn film(&mut self, pixels: u32) -> Result<(Vec<Film>, Vec<Mark>), RenderError> {
+        let spec = &self.plan.specialisation;
+        let sums = u64::from(pixels) * u64::from(spec.replicates) * size_of::<Film>() as u64;
+        let marks = u64::from(pixels) * u64::from(spec.survey) * size_of::<Mark>() as u64;
+        self.recorder.begin()?;
+        self.recorder.download(&self.buffers, Buf::Film, sums, 0);
+        if marks > 0 {
+            self.recorder.download(&self.buffers, Buf::Marks, marks, sums);
+        }
+        self.recorder.submit(&self.buffers)?;
+        self.note(0, 0, &[]);
+        let (sums, end) = (sums as usize, (sums + marks) as usize);
+        let staging = self.buffers.staging_bytes();
+        Ok((
+            bytemuck::pod_collect_to_vec(&staging[..sums]),
+            bytemuck::pod_collect_to_vec(&staging[sums..end]),
+        ))
+    }
+
+    /// Cuts paths at other places; never deeper than planned.
+    pub(super) fn cut_at(&mut self, depth: u32, cutoff: f32) {
+        (self.settings.depth, self.settings.cutoff) = (depth, cutoff);
+    }
+
+    /// Puts the pixels of a list in place.
+    pub(super) fn list(&mut self, pixels: &[u32]) -> Result<(), RenderError> {
+        Ok(self.recorder.upload(&mut self.buffers, Buf::Pixels, bytemuck::cast_slice(pixels))?)
+    }
+}
+
+pub(super) enum End {
+    /// So many samples of every pixel are in the film; what they counted.
+    Done(u32, Tally),
+    /// A queue was too small; nothing of the part counts.
+    Overflow,
+}
+
+/// The sum of one replicate in f64.
+pub(super) fn sum(film: &Film) -> [f64; 3] {
+    std::array::from_fn(|c| f64::from(film.sum[c]) + f64::from(film.compensation[c]))
+}
+
+/// Mean of a pixel's `samples` samples over all its replicates; added in f64, rounded once.
+pub(crate) fn mean(replicates: &[Film], samples: u32) -> [f32; 3] {
+    let sums = replicates.iter().map(sum);
+    let total = sums.reduce(|a, b| std::array::from_fn(|c| a[c] + b[c])).unwrap_or_default();
+    total.map(|channel| (channel / f64::from(samples.max(1))) as f32)
+}

@@ -1,0 +1,192 @@
+//! What a render is asked for, apart from the scene. Pure data.
+
+pub mod defect;
+pub mod forced_features;
+pub mod sampler;
+
+use crate::scene::Scene;
+use crate::settings::defect::Defect;
+use crate::settings::forced_features::General;
+use crate::settings::sampler::Sampler;
+
+/// Which Vulkan device to use.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum DeviceChoice {
+    /// The most capable one: discrete, integrated, virtual, then CPU; ties by enumeration order.
+    #[default]
+    Best,
+    /// By index in `whitted devices`.
+    Index(usize),
+    /// The first software device.
+    Cpu,
+    /// By UUID (32 hexadecimal digits, dashes ignored).
+    Uuid([u8; 16]),
+    /// By part of its name, case ignored.
+    Name(String),
+}
+
+impl std::str::FromStr for DeviceChoice {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let hex: String = text.chars().filter(|c| *c != '-').collect();
+        Ok(if let Ok(index) = text.parse() {
+            DeviceChoice::Index(index)
+        } else if text.eq_ignore_ascii_case("cpu") {
+            DeviceChoice::Cpu
+        } else if let (32, Ok(bits)) = (hex.len(), u128::from_str_radix(&hex, 16)) {
+            DeviceChoice::Uuid(bits.to_be_bytes())
+        } else {
+            DeviceChoice::Name(text.to_owned())
+        })
+    }
+}
+
+/// Arithmetic of the kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
+pub enum Precision {
+    /// f32 without the rechecks: what a plain kernel does.
+    Fast,
+    /// f32, zero edge functions decided exactly, hits confined to their boxes, spheres beyond f32's
+    /// reach in double length.
+    #[default]
+    Robust,
+    /// f64 throughout, where the device has it.
+    Double,
+}
+
+impl Precision {
+    /// As the command line and the report spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::Fast => "fast",
+            Precision::Robust => "robust",
+            Precision::Double => "f64",
+        }
+    }
+}
+
+/// Where secondary and shadow rays start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Origin {
+    /// Off the surface by a bound on the hit point's rounding, the primitive itself skipped.
+    #[default]
+    Bound,
+    /// This far along the ray, metres, nothing skipped: for measuring what a fixed epsilon costs.
+    Fixed(f64),
+}
+
+impl Origin {
+    /// As the command line and the report spell it.
+    pub fn name(self) -> String {
+        match self {
+            Origin::Bound => "bound".into(),
+            Origin::Fixed(x) => format!("fixed:{x}"),
+        }
+    }
+}
+
+/// Settings of one render.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Per pixel, at least 1.
+    pub samples: u32,
+    /// Rays in the longest path, at least 1.
+    pub depth: u32,
+    /// A ray with less throughput is not spawned; 0 spawns all.
+    pub cutoff: f32,
+    /// How the samples of a pixel are spread over it.
+    pub sampler: Sampler,
+    /// Independently scrambled sequences that a pixel's samples are dealt to in turn, at least 1: their
+    /// means are independent estimates of the pixel. Means nothing to [`Sampler::Random`].
+    pub replicates: u32,
+    /// Seed of the sampler.
+    pub seed: u32,
+    /// Arithmetic of the kernels.
+    pub precision: Precision,
+    /// Where secondary and shadow rays start.
+    pub origin: Origin,
+    /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size, and each pixel is the
+    /// same as in the whole image.
+    pub crop: Option<[u32; 4]>,
+    /// A planted defect, for the tests of the tests.
+    pub planted: Option<Defect>,
+    /// How the work is cut; never changes a bit of the image.
+    pub schedule: Schedule,
+}
+
+impl Settings {
+    /// The scene's own settings.
+    pub fn of(scene: &Scene) -> Settings {
+        Settings {
+            width: scene.camera.width,
+            height: scene.camera.height,
+            samples: scene.render.samples,
+            depth: scene.render.depth,
+            cutoff: 0.0,
+            sampler: Sampler::default(),
+            replicates: 1,
+            seed: 0,
+            precision: Precision::default(),
+            origin: Origin::default(),
+            crop: None,
+            planted: None,
+            schedule: Schedule::default(),
+        }
+    }
+
+    /// The rectangle of pixels to render: `[x0, y0, x1, y1]`.
+    pub fn region(&self) -> [u32; 4] {
+        self.crop.unwrap_or([0, 0, self.width, self.height])
+    }
+}
+
+/// How much work goes into the hierarchy of a large scene. Never changes a bit of the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
+pub enum Hierarchy {
+    /// Few bins along one axis: built soonest, walked slowest.
+    Fast,
+    /// Binned along all axes.
+    #[default]
+    Balanced,
+    /// The same, and then subtrees moved to where they cost less: for many rays through one scene.
+    Best,
+}
+
+impl Hierarchy {
+    /// All, in order of their work.
+    pub const ALL: [Hierarchy; 3] = [Hierarchy::Fast, Hierarchy::Balanced, Hierarchy::Best];
+
+    /// As the command line spells it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Hierarchy::Fast => "fast",
+            Hierarchy::Balanced => "balanced",
+            Hierarchy::Best => "best",
+        }
+    }
+}
+
+/// How the work is cut into tiles, batches and workgroups. `None` leaves it to the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Schedule {
+    /// Pixels per tile, at most.
+    pub tile_pixels: Option<u32>,
+    /// Samples of a pixel traced together, at most.
+    pub batch_samples: Option<u32>,
+    /// Invocations per workgroup: 32, 64, 128 or 256.
+    pub workgroup: Option<u32>,
+    /// Rays that fit a queue, at most (never fewer than a batch starts with). A queue that turns out
+    /// too small costs time, not light: the tile is traced again in smaller batches.
+    pub capacity: Option<u32>,
+    /// How much work goes into the hierarchy.
+    pub hierarchy: Hierarchy,
+    /// Kernels as for a long render: fused, and with a small scene's shapes as constants, so compiled for it alone.
+    pub constants: Option<bool>,
+    /// Features that kernels have although the scene lacks them.
+    pub general: General,
+}
