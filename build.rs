@@ -15,6 +15,7 @@ mod spirv;
 #[path = "build/compile.rs"]
 mod compile;
 #[path = "build/pack.rs"]
+#[allow(dead_code)] // A build either writes a pack or reads one.
 mod pack;
 #[path = "build/sources.rs"]
 mod sources;

@@ -29,10 +29,11 @@ pub fn all(kernels: &[Source]) -> Result<Vec<Compiled>, String> {
 /// Versions of what makes the bytes: equal tools and equal sources give equal kernels.
 pub fn tools() -> String {
     let spirv = shaderc::get_spirv_version();
-    let optimiser = process::Command::new("spirv-opt").arg("--version").output().ok();
-    let optimiser = optimiser.and_then(|out| String::from_utf8(out.stdout).ok());
-    let version = optimiser.as_deref().and_then(|text| text.lines().next()).unwrap_or("no spirv-opt");
-    format!("SPIR-V {}.{}, {}", spirv.0, spirv.1, version.trim())
+    let optimiser = process::Command::new("spirv-opt").arg("--version").output();
+    // Version 2023.1 writes it to standard error.
+    let text = optimiser.map(|out| String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned());
+    let version = text.as_deref().ok().and_then(|text| text.lines().next()).unwrap_or("no spirv-opt");
+    format!("SPIR-V {:#x} revision {}, {}", spirv.0, spirv.1, version.trim())
 }
 
 fn compile(compiler: &shaderc::Compiler, kernel: &Source, abi_glsl: &str) -> Result<Vec<u32>, String> {
@@ -68,7 +69,8 @@ fn optimise(words: &[u32]) -> Result<Vec<u32>, String> {
     match run {
         Ok(out) if out.status.success() => {
             let bytes = fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-            Ok(bytemuck::pod_collect_to_vec(&bytes))
+            let _ = fs::remove_file(&file);
+            Ok(bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
         }
         Ok(out) => Err(format!("spirv-opt: {}", String::from_utf8_lossy(&out.stderr))),
         Err(_) => {

@@ -4,7 +4,7 @@ use crate::{abi, text_of};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Kernels in which subgroups count together: of devices on which these work together, so in two forms alone.
 const JOINED: [&str; 2] = ["place", "trace"];

@@ -4,8 +4,8 @@
 mod pack;
 
 use pack::Compiled;
-use whitted::kernel::table::KERNELS;
 use whitted::kernel::spirv;
+use whitted::kernel::table::KERNELS;
 
 /// Where the build left its own pack; None where it had no shaderc and unpacked the kernels of the package.
 const MADE: Option<&str> = option_env!("WHITTED_KERNELS");
@@ -13,7 +13,10 @@ const MADE: Option<&str> = option_env!("WHITTED_KERNELS");
 #[test]
 fn the_pack_is_what_the_sources_give() {
     let update = std::env::var_os("WHITTED_UPDATE_KERNELS").is_some();
-    assert!(!update || MADE.is_some(), "built without shaderc: run `./whitted.sh setup`, and unset RUSTFLAGS");
+    assert!(
+        !update || MADE.is_some(),
+        "built without shaderc: run `./whitted.sh setup`, and unset RUSTFLAGS"
+    );
     let Some(made) = MADE else { return };
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(pack::FILE);
     let fresh = std::fs::read(made).unwrap();
@@ -33,11 +36,12 @@ fn the_pack_is_what_the_sources_give() {
 }
 
 fn compiled() -> Vec<Compiled> {
-    let form = |k: &'static whitted::kernel::table::KernelCode, form: &str, code: whitted::kernel::table::Spirv| {
-        let words = code.words();
-        let module = spirv::Module { contractible: 0, arithmetic: 0, ..spirv::read(&words).unwrap() };
-        Compiled { kernel: k.name.into(), form: form.into(), module, words }
-    };
+    let form =
+        |k: &'static whitted::kernel::table::KernelCode, form: &str, code: whitted::kernel::table::Spirv| {
+            let words = code.words();
+            let module = spirv::Module { contractible: 0, arithmetic: 0, ..spirv::read(&words).unwrap() };
+            Compiled { kernel: k.name.into(), form: form.into(), module, words }
+        };
     KERNELS.iter().flat_map(|k| [form(k, "f64", k.double), form(k, "few", k.few)]).collect()
 }
 
