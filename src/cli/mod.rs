@@ -3,6 +3,7 @@
 pub mod args;
 pub mod commands;
 pub mod console;
+mod delivery;
 pub mod failure;
 pub(crate) mod progress;
 mod state;

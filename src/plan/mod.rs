@@ -1,6 +1,7 @@
 //! What this scene needs on this device, decided before anything is allocated: specialisation,
 //! queue capacity, tile and batch, bytes.
 
+pub mod explain;
 mod fit;
 pub mod memory_traffic;
 pub mod passes;

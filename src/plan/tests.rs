@@ -1,7 +1,7 @@
 use super::*;
 use crate::kernel::abi::double;
-use crate::lab::stress::shapes::{cuboid, empty, glass};
 use crate::prepare::{pack, pack_forms};
+use crate::scene::procedural::shapes::{cuboid, empty, glass};
 use crate::scene::{Fresnel, Scene};
 use bytemuck::zeroed_vec;
 use glam::DVec3;

@@ -126,7 +126,7 @@ fn solid_name(scene: &Scene, solid: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::stress::shapes::{cuboid, empty, glass, sphere};
+    use crate::scene::procedural::shapes::{cuboid, empty, glass, sphere};
     use crate::scene::{Fresnel, Material};
 
     fn two_blocks(gap: f64) -> Scene {

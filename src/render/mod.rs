@@ -10,11 +10,9 @@ mod tally;
 mod trial;
 mod upload;
 
-pub(crate) use crate::plan::tiles::{Tile, tiles};
 pub(crate) use batches::mean;
 pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
-pub(crate) use tally::settings_info;
 pub use trial::{Run, Share};
 
 use crate::kernel::table::Kernel;

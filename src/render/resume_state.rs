@@ -1,7 +1,7 @@
 //! What an interrupted render leaves to the one that goes on with it.
 
 use super::batches::Drawn;
-use super::tally::{Tally, settings_info};
+use super::tally::Tally;
 use super::upload::{Upload, uploads};
 use crate::image::linear_sha256;
 use crate::kernel::abi::Buf;
@@ -43,7 +43,7 @@ impl Identity {
         Identity {
             program: ProgramInfo::default(),
             device: device.clone(),
-            settings: settings_info(settings),
+            settings: SettingsInfo::of(settings),
             scene: format!("{:x}", hash.finalize()),
         }
     }

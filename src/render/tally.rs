@@ -83,7 +83,7 @@ impl Tally {
                     scale_log2: packed.frame.scale_log2,
                 },
             },
-            settings: settings_info(settings),
+            settings: SettingsInfo::of(settings),
             plan: PlanInfo {
                 features: plan.features.iter().map(|f| (*f).to_owned()).collect(),
                 bytes: plan.bytes(),
@@ -132,23 +132,6 @@ impl Tally {
             });
         }
         report
-    }
-}
-
-/// The settings as the report names them.
-pub(crate) fn settings_info(settings: &Settings) -> SettingsInfo {
-    SettingsInfo {
-        width: settings.width,
-        height: settings.height,
-        samples: settings.samples,
-        depth: settings.depth,
-        cutoff: settings.cutoff,
-        sampler: settings.sampler.name().into(),
-        replicates: settings.replicates,
-        precision: settings.precision.name().into(),
-        seed: settings.seed,
-        origin: settings.origin.name(),
-        crop: settings.crop,
     }
 }
 

@@ -2,10 +2,13 @@
 //! Times in seconds, sizes in bytes.
 
 pub mod explain;
+pub mod prediction;
+pub mod receipt;
 pub mod table;
 pub mod timeline;
 
-use crate::lab::receipt::Receipt;
+use crate::settings::Settings;
+use receipt::Receipt;
 use serde::{Deserialize, Serialize};
 
 /// One render, told in numbers.
@@ -127,6 +130,25 @@ pub struct SettingsInfo {
     pub origin: String,
     /// `[x0, y0, x1, y1]` in pixels, or null for the whole image.
     pub crop: Option<[u32; 4]>,
+}
+
+impl SettingsInfo {
+    /// The settings under the report's names.
+    pub fn of(settings: &Settings) -> SettingsInfo {
+        SettingsInfo {
+            width: settings.width,
+            height: settings.height,
+            samples: settings.samples,
+            depth: settings.depth,
+            cutoff: settings.cutoff,
+            sampler: settings.sampler.name().into(),
+            replicates: settings.replicates,
+            precision: settings.precision.name().into(),
+            seed: settings.seed,
+            origin: settings.origin.name(),
+            crop: settings.crop,
+        }
+    }
 }
 
 impl SettingsInfo {

@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use crate::settings::defect::Defect;
 use crate::settings::forced_features::General;
 use crate::settings::sampler::Sampler;
+use std::str::FromStr;
 
 /// Which Vulkan device to use.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -25,7 +26,7 @@ pub enum DeviceChoice {
     Name(String),
 }
 
-impl std::str::FromStr for DeviceChoice {
+impl FromStr for DeviceChoice {
     type Err = std::convert::Infallible;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
@@ -66,6 +67,17 @@ impl Precision {
     }
 }
 
+impl FromStr for Precision {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Precision::Fast, Precision::Robust, Precision::Double]
+            .into_iter()
+            .find(|p| p.name() == text)
+            .ok_or_else(|| "write fast, robust or f64".into())
+    }
+}
+
 /// Where secondary and shadow rays start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Origin {
@@ -83,6 +95,28 @@ impl Origin {
             Origin::Bound => "bound".into(),
             Origin::Fixed(x) => format!("fixed:{x}"),
         }
+    }
+}
+
+impl FromStr for Origin {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fixed = |x: &str| x.parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0).map(Origin::Fixed);
+        match text.strip_prefix("fixed:") {
+            None if text == "bound" => Some(Origin::Bound),
+            None => None,
+            Some(x) => fixed(x),
+        }
+        .ok_or_else(|| "write bound, or fixed:X with a distance X >= 0 in metres".into())
+    }
+}
+
+/// Reads the least throughput of a ray, in [0, 1).
+pub fn parse_cutoff(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),
+        _ => Err("the least throughput must be at least 0 and below 1; 0 cuts nothing".into()),
     }
 }
 
@@ -171,6 +205,15 @@ impl Hierarchy {
     }
 }
 
+impl FromStr for Hierarchy {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Hierarchy::ALL.into_iter().find(|h| h.name() == text);
+        found.ok_or_else(|| "write fast, balanced or best".into())
+    }
+}
+
 /// How the work is cut into tiles, batches and workgroups. `None` leaves it to the plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Schedule {
@@ -189,4 +232,17 @@ pub struct Schedule {
     pub constants: Option<bool>,
     /// Features that kernels have although the scene lacks them.
     pub general: General,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cutoffs() {
+        assert_eq!((parse_cutoff("0"), parse_cutoff("0.5")), (Ok(0.0), Ok(0.5)));
+        for bad in ["1", "-0.1", "NaN", "inf", ""] {
+            assert!(parse_cutoff(bad).is_err(), "{bad}");
+        }
+    }
 }

@@ -28,7 +28,6 @@ pub use render::{AccuracyArgs, PictureArgs, RenderArgs};
 pub use stress::StressArgs;
 pub use sweep::SweepArgs;
 pub use values::{Crop, Output, Size};
-pub(crate) use values::{cutoff, origin, precision};
 
 use crate::scene::procedural::Shape;
 use crate::settings::forced_features::General;
@@ -122,7 +121,7 @@ pub struct ScheduleArgs {
     pub workgroup: Option<String>,
 
     /// Work that goes into the hierarchy of a large scene: `fast`, `balanced` or `best`
-    #[arg(long, value_name = "WHICH", value_parser = values::hierarchy, default_value = "balanced")]
+    #[arg(long, value_name = "WHICH", default_value = "balanced")]
     pub bvh: Hierarchy,
     /// Features that kernels have although the scene lacks them, separated by commas, or `all`: for measuring what they cost
     #[arg(long, value_name = "FEATURES")]

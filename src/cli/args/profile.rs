@@ -62,7 +62,7 @@ pub struct ProfileArgs {
     pub seed: u32,
 
     /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    #[arg(long, value_name = "WHICH", default_value = "robust")]
     pub precision: Precision,
 
     /// Device to use.

@@ -4,7 +4,7 @@ use super::values::{self, Crop, Output, Size};
 use super::{DeviceArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
 use crate::settings::sampler::Sampler;
-use crate::settings::{Origin, Precision};
+use crate::settings::{Origin, Precision, parse_cutoff};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -96,7 +96,7 @@ pub struct PictureArgs {
     pub depth: Option<u32>,
 
     /// Do not trace rays that can add less than this share of their light to the pixel, in [0, 1)
-    #[arg(long, value_name = "T", value_parser = values::cutoff, default_value_t = 0.0)]
+    #[arg(long, value_name = "T", value_parser = parse_cutoff, default_value_t = 0.0)]
     pub cutoff: f32,
 
     /// How the samples of a pixel are spread over it: `random`, `stratified` (jittered) or `owen` (scrambled Sobol points)
@@ -108,11 +108,15 @@ pub struct PictureArgs {
     pub seed: u32,
 
     /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(long, value_name = "WHICH", value_parser = values::precision, help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]")]
+    #[arg(
+        long,
+        value_name = "WHICH",
+        help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]"
+    )]
     pub precision: Option<Precision>,
 
     /// Where secondary rays start: `bound` (off the surface by an error bound) or `fixed:X` (X metres along the ray, for measuring)
-    #[arg(long, value_name = "WHICH", value_parser = values::origin, default_value = "bound")]
+    #[arg(long, value_name = "WHICH", default_value = "bound")]
     pub origin: Origin,
 
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size

@@ -1,6 +1,5 @@
 //! `whitted stress`.
 
-use super::values;
 use super::{DeviceArgs, Verbosity};
 use crate::settings::Precision;
 use clap::Args;
@@ -18,7 +17,7 @@ pub struct StressArgs {
     pub list: bool,
 
     /// Arithmetic: `fast`, `robust` or `f64`
-    #[arg(long, value_name = "WHICH", value_parser = values::precision, default_value = "robust")]
+    #[arg(long, value_name = "WHICH", default_value = "robust")]
     pub precision: Precision,
 
     /// Write figures, bounds and verdicts as JSON

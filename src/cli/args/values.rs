@@ -1,7 +1,7 @@
 //! Values of options, checked as they are read.
 
 use crate::image::Format;
-use crate::settings::{DeviceChoice, Hierarchy, Origin, Precision};
+use crate::settings::DeviceChoice;
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -105,14 +105,6 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A throughput in [0, 1).
-pub fn cutoff(text: &str) -> Result<f32, String> {
-    match text.parse() {
-        Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),
-        _ => Err("the least throughput must be at least 0 and below 1; 0 cuts nothing".into()),
-    }
-}
-
 /// A finite number from 0.
 pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -137,31 +129,6 @@ pub(super) fn confidence(text: &str) -> Result<f64, String> {
 /// An empty text (an empty environment variable) leaves the choice open.
 pub(super) fn device(text: &str) -> Result<DeviceChoice, Infallible> {
     if text.is_empty() { Ok(DeviceChoice::Best) } else { text.parse() }
-}
-
-/// `--precision`.
-pub fn precision(text: &str) -> Result<Precision, String> {
-    [Precision::Fast, Precision::Robust, Precision::Double]
-        .into_iter()
-        .find(|p| p.name() == text)
-        .ok_or_else(|| "write fast, robust or f64".into())
-}
-
-/// `--bvh`.
-pub fn hierarchy(text: &str) -> Result<Hierarchy, String> {
-    let found = Hierarchy::ALL.into_iter().find(|h| h.name() == text);
-    found.ok_or_else(|| "write fast, balanced or best".into())
-}
-
-/// `--origin`.
-pub fn origin(text: &str) -> Result<Origin, String> {
-    let fixed = |x: &str| x.parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0).map(Origin::Fixed);
-    match text.strip_prefix("fixed:") {
-        None if text == "bound" => Some(Origin::Bound),
-        None => None,
-        Some(x) => fixed(x),
-    }
-    .ok_or_else(|| "write bound, or fixed:X with a distance X >= 0 in metres".into())
 }
 
 #[cfg(test)]
@@ -199,14 +166,6 @@ mod tests {
         assert_eq!((confidence("0.5"), confidence("0.999")), (Ok(0.5), Ok(0.999)));
         for bad in ["0", "1", "95", "-0.1", "NaN", ""] {
             assert!(confidence(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn cutoffs() {
-        assert_eq!((cutoff("0"), cutoff("0.5")), (Ok(0.0), Ok(0.5)));
-        for bad in ["1", "-0.1", "NaN", "inf", ""] {
-            assert!(cutoff(bad).is_err(), "{bad}");
         }
     }
 

@@ -1,16 +1,15 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image whose error is known.
 
 use super::load;
-use super::render::{Deliver, say_layers};
 use crate::accuracy::promise::{self, Kept, Known, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
+use crate::cli::delivery::{self, Deliver, say_layers};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::state::StateFile;
 use crate::image::{Format, Metadata, heat};
 use crate::render::{Rendered, Renderer};
-use crate::report::Report;
 use crate::settings::{Precision, Settings};
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -85,7 +84,7 @@ pub(super) fn run(
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
-    let mut settings = super::render::settings(&args.picture, &args.schedule, &scene)?;
+    let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, &mut settings, started)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
@@ -120,7 +119,7 @@ pub(super) fn run(
     let report = Deliver { args, format, channels: &channels }.deliver(rendered, started, console)?;
     let file = &report.image.file;
     say_layers(&names, console);
-    super::render::validated(&renderer.validation_messages(), console)?;
+    delivery::validated(&renderer.validation_messages(), console)?;
     if cancelled {
         let then = match (&state, unfinished) {
             (Some(state), Some(mut unfinished)) => {
@@ -143,17 +142,6 @@ pub(super) fn run(
             why.as_deref().unwrap_or_default()
         ))),
         _ => Ok(()),
-    }
-}
-
-/// A time that was asked for and has passed is not kept, whatever else was.
-pub(super) fn late(report: &mut Report) {
-    let asked = &mut report.asked;
-    if let (Some(time), Some(true)) = (asked.time, asked.met)
-        && report.time.wall > (1.0 + promise::LATE) * time
-    {
-        asked.met = Some(false);
-        asked.unmet_why = Some(format!("it took {}", units::seconds(report.time.wall)));
     }
 }
 

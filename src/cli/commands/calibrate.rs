@@ -1,10 +1,10 @@
 //! `whitted calibrate`.
 
-use super::render::write_json;
 use super::{command_line, load};
 use crate::atomic_file;
 use crate::cli::args::{CalibrateArgs, Promise};
 use crate::cli::console::{Console, print};
+use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::lab::calibrate::{Calibration, Plan};

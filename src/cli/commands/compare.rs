@@ -1,9 +1,9 @@
 //! `whitted compare`.
 
-use super::render::write_json;
 use crate::atomic_file;
 use crate::cli::args::{CompareArgs, Metric};
 use crate::cli::console::{self, Console};
+use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
 use crate::compare::flip;
 use crate::compare::metrics::{self, Metrics, pixel_error};

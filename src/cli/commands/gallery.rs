@@ -1,10 +1,10 @@
 //! `whitted gallery`.
 
 use super::load;
-use super::render::write_json;
 use crate::atomic_file;
 use crate::cli::args::GalleryArgs;
 use crate::cli::console::Console;
+use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::image::{Bits, Format, Metadata, View, linear_sha256};

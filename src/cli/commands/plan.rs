@@ -1,18 +1,21 @@
 //! `whitted plan`.
 
 use super::load;
-use super::render::{settings, write_json};
 use crate::atomic_file;
 use crate::cli::args::PlanArgs;
 use crate::cli::console::{self, Console};
+use crate::cli::delivery::{settings, write_json};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::plan::Plan;
-use crate::plan::predicted_time::{Model, Prediction, Unpredictable, Work};
+use crate::plan::explain::explain;
+use crate::plan::predicted_time::{Model, Unpredictable, Work};
+use crate::plan::tiles::tiles;
 use crate::prepare::Packed;
 use crate::render::{RenderError, Renderer, Share};
 use crate::report::Report;
 use crate::report::explain::{self, Outline, Refused};
+use crate::report::prediction::Prediction;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use anyhow::Context;
@@ -35,7 +38,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let planned = Plan::new(&packed, &settings, &limits);
     let file = args.scene.display().to_string();
     let device = renderer.device().info();
-    let mut outline = Outline::new(&file, &device, &packed, &settings, &limits, planned.as_ref().ok());
+    let mut outline = explain(&file, &device, &packed, &settings, &limits, planned.as_ref().ok());
     let mut failure = None;
     match planned {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
@@ -116,7 +119,7 @@ fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Predic
 pub(super) fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
     let [x0, y0, x1, y1] = settings.region();
     let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
-    let tiles = crate::render::tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
+    let tiles = tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
     let batches = tiles * u64::from(settings.samples.div_ceil(plan.batch_samples));
     model.predict(&Work { plan, pixels, samples: pixels * u64::from(settings.samples), batches })
 }
@@ -151,7 +154,7 @@ pub(super) fn before(
     let plan = Plan::new(&packed, &settings, &limits).map_err(RenderError::from)?;
     let device = renderer.device().info();
     let file = file.display().to_string();
-    let outline = Outline::new(&file, &device, &packed, &settings, &limits, Some(&plan));
+    let outline = explain(&file, &device, &packed, &settings, &limits, Some(&plan));
     Ok(Outline { time: Some(time), ..outline })
 }
 

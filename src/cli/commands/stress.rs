@@ -90,7 +90,14 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     if let Some(path) = &args.page {
         let outcomes: Vec<Outcome> = report.cases.iter().map(Row::outcome).collect();
         let mut say = |what: &str| console.say(&format!("measuring: {what}"));
-        let page = page::make(&mut renderer, args.precision, &outcomes, &command_line(), &mut say);
+        let page = page::make(
+            &mut renderer,
+            args.precision,
+            &outcomes,
+            &command_line(),
+            &mut say,
+            &progress::interrupted,
+        );
         save(path, &page.map_err(page_failure)?)?;
     }
     for message in renderer.validation_messages() {

@@ -1,9 +1,9 @@
 //! Eyes in awkward places.
 
 use super::case::{Case, Figure, Harness};
-use super::shapes::{empty, light, matte, polygon, room};
 use crate::render::RenderError;
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{empty, light, matte, polygon, room};
 use crate::settings::Settings;
 use crate::settings::defect::Defect;
 use glam::{DQuat, DVec3};

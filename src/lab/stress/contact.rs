@@ -2,9 +2,9 @@
 
 use super::case::{Case, Figure, Harness};
 use super::pixels::{blur, lit, sphere_hit, wrong_pixels};
-use super::shapes::{empty, light, matte, polygon, sphere};
 use crate::render::RenderError;
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{empty, light, matte, polygon, sphere};
 use crate::settings::defect::Defect;
 use glam::DVec3;
 

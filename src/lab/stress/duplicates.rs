@@ -1,8 +1,8 @@
 //! Coincident triangles and the order of primitives.
 
 use super::case::{Case, Figure, Harness, Random};
-use super::shapes::{empty, matte, mesh, room};
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{empty, matte, mesh, room};
 use crate::scene::{Face, Mesh, Scene};
 use crate::settings::defect::Defect;
 use glam::DVec3;

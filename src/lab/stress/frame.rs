@@ -1,10 +1,10 @@
 //! Scale and place: the local frame.
 
 use super::case::{Case, Figure, Harness};
-use super::shapes::{moved, room};
 use crate::compare::metrics::{edge_length, mismatch_bound};
 use crate::reference::oracle::Oracle;
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{moved, room};
 use crate::settings::defect::Defect;
 use glam::DVec3;
 

@@ -2,11 +2,11 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::exact::{inclusive, local_triangles};
-use super::shapes::{cuboid, empty, matte, mesh, polygon, sphere};
 use crate::kernel::abi;
 use crate::lab::probe::{ProbeHit, ProbeRay, Probed};
 use crate::render::RenderError;
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, polygon, sphere};
 use crate::settings::defect::Defect;
 use glam::DVec3;
 

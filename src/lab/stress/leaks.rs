@@ -3,9 +3,9 @@
 use super::case::{Case, Figure, Harness, Random};
 use super::origins::{escapes, plate, turned_box};
 use super::pixels::{blur, lit, wrong_pixels};
-use super::shapes::{cuboid, empty, glass, light, matte};
 use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{cuboid, empty, glass, light, matte};
 use crate::scene::{Fresnel, Scene};
 use crate::settings::defect::Defect;
 use glam::DVec3;
@@ -181,7 +181,7 @@ fn turned_room(scene: &Scene) -> Scene {
 fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut base = empty(vec![matte([1.0, 0.5, 0.0], 0.1)]);
     base.polygons = vec![plate(1.0, 0.0, 0)];
-    base.spheres = vec![super::shapes::sphere([0.5, 0.5, 0.0], 0.25, 0)];
+    base.spheres = vec![crate::scene::procedural::shapes::sphere([0.5, 0.5, 0.0], 0.25, 0)];
     // An odd number of pixels: the middle one looks exactly at the light.
     (base.camera.width, base.camera.height) = (65, 65);
     let eye = DVec3::new(0.0, 1.5, 2.0);

@@ -2,9 +2,11 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::optics::{fresnel, worst};
-use super::shapes::{cuboid, empty, glass, light, matte, mesh, mirror, polygon, room, sphere};
 use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{
+    cuboid, empty, glass, light, matte, mesh, mirror, polygon, room, sphere,
+};
 use crate::scene::{Fresnel, Light, Scene};
 use crate::settings::Settings;
 use crate::settings::defect::Defect;
@@ -103,8 +105,12 @@ fn inverse_square(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let mut scene = floor();
         let d = 2f64.powi(k);
         scene.lights = vec![light([0.0, 0.0, d], 0.75 * d * d * scale * scale)];
-        let scene = super::shapes::moved(&Scene { lights: Vec::new(), ..scene.clone() }, scale, DVec3::ZERO)
-            .with_lights(scene.lights.iter().map(|l| Light { position: l.position * scale, ..*l }));
+        let scene = crate::scene::procedural::shapes::moved(
+            &Scene { lights: Vec::new(), ..scene.clone() },
+            scale,
+            DVec3::ZERO,
+        )
+        .with_lights(scene.lights.iter().map(|l| Light { position: l.position * scale, ..*l }));
         let exact = middle(h, &scene, 1)? == 0.75;
         figure = worst(figure, if exact { 0.0 } else { 1.0 }, format!("error at distance 2^{k}"));
     }
@@ -114,7 +120,7 @@ fn inverse_square(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let p = DVec3::new(random.range(-3.0, 3.0), random.range(-3.0, 3.0), random.range(0.1, 4.0));
         let mut scene = floor();
         scene.lights = vec![light(p.to_array(), 1.0)];
-        let scene = super::shapes::moved(&scene, 1.0, far);
+        let scene = crate::scene::procedural::shapes::moved(&scene, 1.0, far);
         let to_light = h.local(&scene, scene.lights[0].position) - h.local(&scene, far);
         let p = to_light / h.frame(&scene).length(1.0);
         let expected = p.z / p.length().powi(3);

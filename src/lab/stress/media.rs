@@ -2,9 +2,9 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::optics::{follow, worst};
-use super::shapes::{cuboid, empty, glass, matte, sphere};
 use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{cuboid, empty, glass, matte, sphere};
 use crate::scene::{Fresnel, Material, Scene};
 use crate::settings::Settings;
 use crate::settings::defect::Defect;

@@ -17,15 +17,14 @@ mod origins;
 mod pixels;
 pub mod page;
 mod refraction;
-pub(crate) mod shapes;
 mod roots;
 mod spheres;
 mod thin;
 mod tracer;
 mod triangles;
 
+pub use crate::scene::procedural::shapes::moved;
 pub use case::{Case, Figure, Harness};
-pub use shapes::moved;
 pub use tracer::{Picture, Tracer, Twins};
 
 /// All cases, in the order they are run.

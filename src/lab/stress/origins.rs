@@ -2,9 +2,9 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::pixels::{blur, lit, sphere_hit, wrong_pixels};
-use super::shapes::{cuboid, empty, light, matte, mesh, mirror, moved, polygon, sphere};
 use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{cuboid, empty, light, matte, mesh, mirror, moved, polygon, sphere};
 use crate::scene::{Face, Mesh, Scene};
 use crate::settings::defect::Defect;
 use glam::DVec3;

@@ -2,9 +2,9 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::optics::{Crossing, crossings, fresnel, least, worst};
-use super::shapes::{cuboid, empty, glass, polygon, sphere};
 use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{cuboid, empty, glass, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
 use crate::settings::defect::Defect;
 use glam::DVec3;

@@ -2,9 +2,9 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::roots::{Pass, pass};
-use super::shapes::{empty, glass, matte, mirror, polygon, sphere};
 use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{empty, glass, matte, mirror, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
 use crate::settings::defect::Defect;
 use glam::DVec3;

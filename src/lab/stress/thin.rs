@@ -2,10 +2,10 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::exact::{Verdict, inclusive, local_triangles, verdict};
-use super::shapes::{cuboid, empty, matte, mesh, moved, room};
 use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, moved, room};
 use crate::settings::defect::Defect;
 use glam::DVec3;
 

@@ -2,9 +2,9 @@
 
 use super::case::{Case, Figure, Harness, Random};
 use super::exact::{Corners, local_triangles};
-use super::shapes::{empty, matte, mesh, polygon};
 use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
+use crate::scene::procedural::shapes::{empty, matte, mesh, polygon};
 use crate::scene::{Mesh, Scene};
 use crate::settings::defect::Defect;
 use glam::DVec3;

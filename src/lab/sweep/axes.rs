@@ -3,7 +3,7 @@
 use super::point::{Law, Point, Spheres};
 use crate::scene::{Fresnel, Scene};
 use crate::settings::sampler::Sampler;
-use crate::settings::{Origin, Precision};
+use crate::settings::{Origin, Precision, parse_cutoff};
 use std::str::FromStr;
 
 /// Most samples: beyond 2^24 a sample changes a single-precision mean by less than an ulp.
@@ -107,14 +107,14 @@ fn values(axis: &str, word: &str) -> Option<Vec<Value>> {
         "seed" => Some(whole(u32::MAX)?.into_iter().map(Value::Seed).collect()),
         "sampler" if word == "all" => Some(Sampler::ALL.map(Value::Sampler).to_vec()),
         "sampler" => one(Value::Sampler(word.parse().ok()?)),
-        "cutoff" => one(Value::Cutoff(crate::cli::args::cutoff(word).ok()?)),
+        "cutoff" => one(Value::Cutoff(parse_cutoff(word).ok()?)),
         "precision" if word == "all" => {
             Some([Precision::Fast, Precision::Robust, Precision::Double].map(Value::Precision).to_vec())
         }
-        "precision" => one(Value::Precision(crate::cli::args::precision(word).ok()?)),
+        "precision" => one(Value::Precision(word.parse().ok()?)),
         "origin" => match word.strip_prefix("fixed:").and_then(|r| r.split_once("..")) {
             Some((low, high)) => epsilons(low, high),
-            None => one(Value::Origin(crate::cli::args::origin(word).ok()?)),
+            None => one(Value::Origin(word.parse().ok()?)),
         },
         "fresnel" => {
             let law = |word: &str| match (word, word.strip_prefix("constant:")) {

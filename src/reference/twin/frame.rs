@@ -6,8 +6,9 @@ use super::structs::{DepthCount, Film, Push, Queue};
 use crate::kernel::abi::{self, Film as ImageFilm};
 use crate::plan::Plan;
 use crate::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, When};
+use crate::plan::tiles::{Tile, tiles};
 use crate::prepare::Packed;
-use crate::render::{Tile, mean, tiles};
+use crate::render::mean;
 use crate::scene::Scene;
 use crate::settings::Settings;
 

@@ -1,20 +1,14 @@
-//! A plan told: what was found in the scene, what follows from it, what it takes. For people and as JSON.
+//! The explained plan: what was found in the scene, what follows from it, the memory and time it takes.
+//! Serde data and its text; `plan::explain` fills it.
 
 mod text;
-mod variant;
 
 pub use text::text;
 
-use crate::kernel::abi::{self, Buf};
-use crate::plan::predicted_time::Prediction;
-use crate::plan::{BRUTE_FORCE_MAX, HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
-use crate::prepare::Packed;
+use super::prediction::Prediction;
+use super::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::prepare::scene_features::Found;
-use crate::report::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
-use crate::settings::{Precision, Settings};
-use crate::units::{grouped, plural};
 use serde::Serialize;
-pub use variant::{Constant, KernelRow};
 
 /// All that is known before a render runs.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -154,189 +148,27 @@ pub struct Refused {
     pub exit_code: u8,
 }
 
-impl Outline {
-    /// Tells `plan`, or what is known without one.
-    pub fn new(
-        scene: &str,
-        device: &DeviceInfo,
-        packed: &Packed,
-        settings: &Settings,
-        limits: &Limits,
-        plan: Option<&Plan>,
-    ) -> Outline {
-        let reach = &packed.reach;
-        Outline {
-            program: ProgramInfo::default(),
-            device: device.clone(),
-            scene: scene.into(),
-            settings: crate::render::settings_info(settings),
-            found: packed.found,
-            features: features(packed),
-            local_frame: LocalFrameInfo {
-                center: packed.frame.center.to_array(),
-                scale_log2: packed.frame.scale_log2,
-            },
-            reach: ReachInfo {
-                asked: settings.depth,
-                last: reach.last_depth(settings.depth, settings.cutoff),
-                weight: reach.weight,
-                why: reach.words(settings.depth, settings.cutoff),
-            },
-            search: search(packed),
-            plan: plan.map(|p| planned(packed, settings, limits, p)),
-            limits: LimitInfo {
-                one_buffer: limits.storage_range,
-                heap: limits.heap,
-                heap_share: limits.heap / 8 * HEAP_EIGHTHS,
-            },
-            time: None,
-            refused: None,
-        }
-    }
+/// A kernel of the frame.
+#[derive(Debug, Clone, Serialize)]
+pub struct KernelRow {
+    /// Its name.
+    pub kernel: &'static str,
+    /// Which compiled form: `f32`, `f64`, `few` (shapes as constants) or `packet` (the
+    /// rays of a subgroup walk the hierarchy together).
+    pub form: &'static str,
+    /// Dispatches in one batch.
+    pub launches: u64,
 }
 
-fn features(packed: &Packed) -> Vec<FeatureRow> {
-    let f = &packed.found;
-    let row = |name, found, detail| FeatureRow { name, found, detail };
-    let count = |name, count: u64, noun: &str| row(name, count > 0, plural(count, noun));
-    let is =
-        |name, found: bool, yes: &str, no: &str| row(name, found, if found { yes } else { no }.to_owned());
-    vec![
-        count("triangles", f.triangles, "triangle"),
-        is("smooth normals", f.smooth_normals, "some corners have normals", "every triangle is flat"),
-        count("spheres", f.spheres, "sphere"),
-        row(
-            "wide spheres",
-            f.wide_spheres > 0,
-            match f.wide_spheres {
-                0 => "single precision holds every sphere".into(),
-                n => format!("{} beyond single precision", plural(n, "sphere")),
-            },
-        ),
-        count("lights", f.lights, "light"),
-        is("mirrors", f.mirrors, "some surface mirrors", "no surface mirrors"),
-        row(
-            "refraction",
-            f.solids > 0,
-            match f.solids {
-                0 => "no solid refracts".into(),
-                n => plural(n, "refracting solid"),
-            },
-        ),
-        row(
-            "nested media",
-            f.solids_at_once > 1,
-            match f.solids_at_once {
-                0 => "a ray is in no solid".into(),
-                n => format!("a ray is in {} at once at most, by their boxes", plural(n.into(), "solid")),
-            },
-        ),
-        is("branching", f.branching, "a hit may send on two rays", "a hit sends on one ray at most"),
-    ]
-}
-
-fn search(packed: &Packed) -> SearchInfo {
-    let (count, max) = (grouped(packed.found.primitives()), packed.brute_force_max);
-    if packed.bvh_depth == 0 {
-        return SearchInfo {
-            kind: "brute force",
-            nodes: 0,
-            depth: 0,
-            why: format!("{count} primitives; up to {max} every one is tested"),
-        };
-    }
-    let outside = match packed.loose {
-        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested one by one",
-        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested one by one",
-        _ => "",
-    };
-    let most = if packed.found.primitives() > max as u64 { "more than" } else { "switched on; not above" };
-    SearchInfo {
-        kind: "hierarchy",
-        nodes: match packed.compressed_nodes.len() {
-            0 => packed.nodes.len() as u64,
-            packets => packets as u64,
-        },
-        depth: packed.bvh_depth as u64,
-        why: format!("{count} primitives, {most} {max}{outside}"),
-    }
-}
-
-fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
-    let [x0, y0, x1, y1] = settings.region();
-    let tiles = crate::render::tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
-    let per_tile = u64::from(settings.samples.div_ceil(plan.batch_samples.max(1)));
-    let buffers: Vec<BufferRow> = abi::BUFFERS
-        .iter()
-        .zip(&plan.buffer_bytes)
-        .filter(|((_, _, buffer), _)| *buffer != Buf::SelfTest)
-        .map(|((name, element, _), &bytes)| BufferRow {
-            name,
-            elements: bytes / element_bytes(element, settings.precision),
-            bytes,
-        })
-        .collect();
-    let kernels = variant::kernels(plan, settings);
-    let queue = [
-        Buf::Rays,
-        Buf::NextRays,
-        Buf::Media,
-        Buf::NextMedia,
-        Buf::Hits,
-        Buf::Surfaces,
-        Buf::Places,
-        Buf::Contributions,
-    ];
-    let in_queue: u64 = queue.iter().map(|b| plan.buffer_bytes[*b as usize]).sum();
-    Planned {
-        dispatches: kernels.iter().map(|k| k.launches).sum(),
-        kernels,
-        constants: variant::constants(plan),
-        known_shapes: plan.specialisation.few_known != 0,
-        known_shapes_why: known_shapes(packed, settings, limits, plan),
-        texels: plan.specialisation.texels != 0,
-        texels_why: texels(settings, limits, plan).into(),
-        capacity: plan.capacity,
-        bytes_per_place: in_queue / u64::from(plan.capacity.max(1)),
-        workgroup: plan.specialisation.workgroup,
-        lights_per_pass: plan.lights_per_pass,
-        tile_pixels: plan.tile_pixels,
-        tiles,
-        batch_samples: plan.batch_samples,
-        batches: tiles * per_tile,
-        buffers,
-        bytes: plan.bytes(),
-    }
-}
-
-fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> String {
-    let [x0, y0, x1, y1] = settings.region();
-    let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(settings.samples);
-    let (have, needed) = (grouped(samples), grouped(KNOWN_SAMPLES));
-    if plan.specialisation.few_known != 0 {
-        return format!("{have} samples, from {needed} on they repay kernels of their own for this scene");
-    }
-    if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
-        "there are too many".into()
-    } else if settings.precision == Precision::Double {
-        "kernels in f64 have no such form".into()
-    } else if !limits.is_cpu {
-        "a GPU gains nothing by it".into()
-    } else if samples < KNOWN_SAMPLES {
-        format!("{have} samples, fewer than the {needed} that repay kernels of their own for this scene")
-    } else {
-        "switched off".into()
-    }
-}
-
-fn texels(settings: &Settings, limits: &Limits, plan: &Plan) -> &'static str {
-    if plan.specialisation.texels != 0 {
-        "a software device gathers texels as one vector"
-    } else if settings.precision == Precision::Double {
-        "texels have no f64"
-    } else if !limits.is_cpu {
-        "a GPU gains nothing by them"
-    } else {
-        "switched off, or a buffer has more texels than a view can hold"
-    }
+/// A specialisation constant.
+#[derive(Debug, Clone, Serialize)]
+pub struct Constant {
+    /// As the kernels spell it.
+    pub name: &'static str,
+    /// Its value here.
+    pub value: u32,
+    /// Its value in a kernel that has everything; None where that is any number.
+    pub general: Option<u32>,
+    /// What it does.
+    pub why: String,
 }

@@ -1,7 +1,7 @@
 //! An outline for people.
 
 use super::{Outline, Planned};
-use crate::plan::predicted_time::Prediction;
+use crate::report::prediction::Prediction;
 use crate::report::table::{Align, Table};
 use crate::units::{bytes, grouped, number, plural, seconds, short};
 

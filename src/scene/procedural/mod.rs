@@ -5,6 +5,7 @@ mod cube;
 mod flake;
 mod geodesic;
 mod noise;
+pub(crate) mod shapes;
 mod solid;
 
 pub use cube::rotated_cube;

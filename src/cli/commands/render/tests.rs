@@ -1,11 +1,16 @@
 use super::*;
 use crate::cli::args::{Cli, Command, Verbosity};
+use crate::image::linear_sha256;
+use crate::render::Rendered;
 use crate::report::{DepthInfo, Report};
+use crate::scene::Scene;
 use crate::settings::Schedule;
 use crate::settings::sampler::Sampler;
-use crate::settings::{Hierarchy, Origin, Precision};
+use crate::settings::{Hierarchy, Origin, Precision, Settings};
 use clap::Parser;
 use std::fs;
+use std::io::Write;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// A writer whose text can be read afterwards.

@@ -1,15 +1,15 @@
 //! f32 against f64 along chains of reflections: from sphere to sphere an error grows by the curvature.
 
-use super::{PageError, running};
+use super::{PageError, Stop, running};
 use crate::lab::markdown::{number, percent, table};
 use crate::lab::plot::{Axis, Chart, Legend, Look, Scale, Series};
 use crate::lab::probe::ProbeRay;
 use crate::lab::stress::case::Random;
-use crate::lab::stress::shapes::{empty, mirror, polygon, sphere};
 use crate::prepare::local_frame::LocalFrame;
 use crate::render::Renderer;
 use crate::report::table::Align::Right;
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{empty, mirror, polygon, sphere};
 use crate::scene::procedural::sphereflake;
 use crate::settings::{Precision, Settings};
 use crate::stats::{geometric_mean, median};
@@ -95,13 +95,18 @@ fn first_rays(frame: &LocalFrame) -> Vec<ProbeRay> {
         .collect()
 }
 
-fn follow(renderer: &mut Renderer, scene: &Scene, precision: Precision) -> Result<Chains, PageError> {
+fn follow(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    precision: Precision,
+    stop: Stop<'_>,
+) -> Result<Chains, PageError> {
     let settings = Settings { precision, ..Settings::of(scene) };
     let mut chains: Chains = vec![[None; DEPTH]; CHAINS];
     let mut rays = first_rays(&LocalFrame::of(scene));
     let mut owners: Vec<usize> = (0..CHAINS).collect();
     for depth in 0..DEPTH {
-        running()?;
+        running(stop)?;
         let probed = renderer.probe(scene, &settings, &rays)?;
         for ((ray, owner), hit) in rays.iter().zip(&owners).zip(&probed.hits) {
             chains[*owner][depth] = hit.map(|h| Step {
@@ -186,14 +191,14 @@ fn rows(truth: &Chains, fast: &Chains, robust: &Chains, radius: &dyn Fn(u32) -> 
         .collect()
 }
 
-pub(super) fn measure(renderer: &mut Renderer) -> Result<Chaos, PageError> {
+pub(super) fn measure(renderer: &mut Renderer, stop: Stop<'_>) -> Result<Chaos, PageError> {
     let scene = scene();
     let scale = 2f64.powi(LocalFrame::of(&scene).scale_log2);
     let radius = |surface: u32| {
         let ball = surface.checked_sub(WALL_TRIANGLES / 2).and_then(|i| scene.spheres.get(i as usize));
         ball.map_or(f64::INFINITY, |s| s.radius * scale)
     };
-    let mut chains = |precision| follow(renderer, &scene, precision);
+    let mut chains = |precision| follow(renderer, &scene, precision, stop);
     let (truth, fast, robust) =
         (chains(Precision::Double)?, chains(Precision::Fast)?, chains(Precision::Robust)?);
     Ok(Chaos { rows: rows(&truth, &fast, &robust, &radius) })

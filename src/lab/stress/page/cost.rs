@@ -1,12 +1,12 @@
 //! What each protection costs in device time: renders in turn, each divided by the run of `robust` just
 //! before it.
 
-use super::{PageError, running};
+use super::{PageError, Stop, running};
 use crate::lab::markdown::table;
-use crate::lab::stress::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
 use crate::render::{Quiet, Renderer};
 use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
 use crate::scene::procedural::{displaced_sphere, frequency, sphereflake};
 use crate::settings::defect::Defect;
 use crate::settings::{Precision, Settings};
@@ -87,14 +87,14 @@ fn rock() -> Scene {
     s
 }
 
-pub(super) fn measure(renderer: &mut Renderer) -> Result<Cost, PageError> {
+pub(super) fn measure(renderer: &mut Renderer, stop: Stop<'_>) -> Result<Cost, PageError> {
     let double = renderer.device().has_double();
     let variants: Vec<Variant> =
         VARIANTS.into_iter().filter(|v| double || v.precision != Precision::Double).collect();
     let mut scenes = Vec::new();
     for scene in [room(), flake(), rock()] {
         let mut seconds = |variant: &Variant| {
-            running()?;
+            running(stop)?;
             let settings = Settings {
                 width: SIDE,
                 height: SIDE,

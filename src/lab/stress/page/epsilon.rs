@@ -1,19 +1,19 @@
 //! Error against a fixed epsilon: the room with secondary rays moved along themselves by 1e-9 to 1 m,
 //! beside the spawn offset derived from the rounding of the hit point.
 
-use super::{PageError, running};
+use super::{PageError, Stop, running};
 use crate::compare::metrics::{Metrics, Rgb, compare};
 use crate::image::code8;
 use crate::lab::markdown::{number, percent, table};
 use crate::lab::plot::{Axis, Chart, Legend, Look, Scale, Series};
 use crate::lab::probe::ProbeRay;
 use crate::lab::stress::case::Random;
-use crate::lab::stress::shapes::{polygon, room};
 use crate::prepare::local_frame::LocalFrame;
 use crate::reference::oracle::Oracle;
 use crate::render::{Quiet, Renderer};
 use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
+use crate::scene::procedural::shapes::{polygon, room};
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, Settings};
 use crate::stats::median;
@@ -76,7 +76,11 @@ fn dark_and_light<A: Rgb, B: Rgb>(image: &[A], truth: &[B]) -> (u64, u64) {
     (dark, light)
 }
 
-pub(super) fn measure(renderer: &mut Renderer, precision: Precision) -> Result<Epsilon, PageError> {
+pub(super) fn measure(
+    renderer: &mut Renderer,
+    precision: Precision,
+    stop: Stop<'_>,
+) -> Result<Epsilon, PageError> {
     let scene = scene();
     // Independent samples, like those of the cases on the same page.
     let sampler = Sampler::Random;
@@ -87,7 +91,7 @@ pub(super) fn measure(renderer: &mut Renderer, precision: Precision) -> Result<E
     let (truth, truth_direct) = (oracle.render(&base).linear, oracle.render(&direct).linear);
     let mut points = Vec::new();
     for origin in epsilons().map(Origin::Fixed).chain([Origin::Bound]) {
-        running()?;
+        running(stop)?;
         let mut draw = |settings: &Settings| {
             renderer.render(&scene, &Settings { origin, ..settings.clone() }, &mut Quiet).map(|r| r.linear)
         };

@@ -4,7 +4,6 @@ mod chaos;
 mod cost;
 mod epsilon;
 
-use crate::cli::progress;
 use crate::lab::markdown::{number, table};
 use crate::lab::plot;
 use crate::render::{RenderError, Renderer};
@@ -53,12 +52,14 @@ pub enum PageError {
     Figure(String),
 }
 
-/// Goes on unless interrupted.
-fn running() -> Result<(), PageError> {
-    if progress::interrupted() { Err(PageError::Stopped) } else { Ok(()) }
+/// Ends the page's work where the user asks for it.
+type Stop<'a> = &'a dyn Fn() -> bool;
+
+fn running(stop: Stop<'_>) -> Result<(), PageError> {
+    if stop() { Err(PageError::Stopped) } else { Ok(()) }
 }
 
-/// Measures what the page needs and writes it. `command` is what made it; `say` is told what is going on.
+/// Measures what the page needs and writes it. `command` is what made it; `say` gets each step's name, `stop` ends the work.
 ///
 /// # Errors
 /// If the device fails, or the user interrupts.
@@ -68,6 +69,7 @@ pub fn make(
     outcomes: &[Outcome],
     command: &str,
     say: &mut dyn FnMut(&str),
+    stop: Stop<'_>,
 ) -> Result<Page, PageError> {
     let device = renderer.device().info();
     let is_cpu = device.kind == "cpu";
@@ -79,11 +81,11 @@ pub fn make(
     };
 
     say("error against epsilon");
-    let epsilon = epsilon::measure(renderer, precision)?;
+    let epsilon = epsilon::measure(renderer, precision, stop)?;
     draw("epsilon.svg", &epsilon.charts())?;
     let chaos = if renderer.device().has_double() {
         say("single against double precision");
-        let chaos = chaos::measure(renderer)?;
+        let chaos = chaos::measure(renderer, stop)?;
         draw("chaos.svg", &chaos.charts())?;
         format!(
             "{}\n![Paths that differ, and the distance between them, against depth](chaos.svg)\n",
@@ -93,7 +95,7 @@ pub fn make(
         "Not measured: this device has no double precision.\n".into()
     };
     say("what protections cost");
-    let cost = cost::measure(renderer)?.text(&device.kind);
+    let cost = cost::measure(renderer, stop)?.text(&device.kind);
 
     let lavapipe = if is_cpu {
         "The device is a CPU driver. **Its times are its own and say nothing of a GPU**; its errors are those of f32 \

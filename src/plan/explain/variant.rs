@@ -5,33 +5,8 @@ use crate::kernel::table::KernelCode;
 use crate::plan::Plan;
 use crate::plan::passes::{self, When};
 use crate::prepare::MEDIA_MAX;
+use crate::report::explain::{Constant, KernelRow};
 use crate::settings::{Precision, Settings};
-use serde::Serialize;
-
-/// A kernel of the frame.
-#[derive(Debug, Clone, Serialize)]
-pub struct KernelRow {
-    /// Its name.
-    pub kernel: &'static str,
-    /// Which compiled form: `f32`, `f64`, `few` (shapes as constants) or `packet` (the
-    /// rays of a subgroup walk the hierarchy together).
-    pub form: &'static str,
-    /// Dispatches in one batch.
-    pub launches: u64,
-}
-
-/// A specialisation constant.
-#[derive(Debug, Clone, Serialize)]
-pub struct Constant {
-    /// As the kernels spell it.
-    pub name: &'static str,
-    /// Its value here.
-    pub value: u32,
-    /// Its value in a kernel that has everything; None where that is any number.
-    pub general: Option<u32>,
-    /// What it does.
-    pub why: String,
-}
 
 /// The kernels that run, in the frame's order.
 pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {

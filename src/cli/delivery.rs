@@ -1,0 +1,147 @@
+//! What the commands that render share: settings from arguments, delivery of image, report and JSON.
+
+use super::args::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
+use super::console::Console;
+use super::failure::Failure;
+use crate::accuracy::promise;
+use crate::image::{Format, Metadata, View, linear_sha256};
+use crate::render::Rendered;
+use crate::report::{Report, table};
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::{atomic_file, units};
+use anyhow::Context;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Checks that a file can be written, before the work whose result it gets.
+pub(crate) fn writable(path: &Path) -> Result<(), Failure> {
+    Ok(atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?)
+}
+
+/// The scene's settings under those of the command line.
+pub(crate) fn settings(
+    args: &PictureArgs,
+    schedule: &ScheduleArgs,
+    scene: &Scene,
+) -> Result<Settings, Failure> {
+    let mut settings = Settings::of(scene);
+    if let Some(Size { width, height }) = args.size {
+        (settings.width, settings.height) = (width, height);
+    }
+    settings.samples = args.samples.unwrap_or(settings.samples);
+    settings.depth = args.depth.unwrap_or(settings.depth);
+    settings.sampler = args.sampler;
+    settings.cutoff = args.cutoff;
+    settings.seed = args.seed;
+    settings.precision = args.precision.unwrap_or_default();
+    settings.origin = args.origin;
+    if let Some(Crop(crop)) = args.crop {
+        let [.., x1, y1] = crop;
+        let Settings { width, height, .. } = settings;
+        if x1 > width || y1 > height {
+            return Err(Failure::Usage(format!(
+                "--crop reaches to {x1},{y1}, outside the image of {width}x{height} pixels"
+            )));
+        }
+        settings.crop = Some(crop);
+    }
+    settings.schedule = schedule.schedule();
+    Ok(settings)
+}
+
+/// How image and report are delivered.
+pub(crate) struct Deliver<'a> {
+    pub(crate) args: &'a RenderArgs,
+    pub(crate) format: Format,
+    /// Numbers beside the colours, for formats that have room.
+    pub(crate) channels: &'a [(&'a str, Vec<f32>)],
+}
+
+impl Deliver<'_> {
+    /// Writes image and report, and says so; gives the report.
+    pub(crate) fn deliver(
+        &self,
+        mut rendered: Rendered,
+        started: Instant,
+        console: &mut Console,
+    ) -> Result<Report, Failure> {
+        if rendered.done == 0.0 {
+            return Err(Failure::Interrupted("interrupted before the first pixel; nothing is saved".into()));
+        }
+        let report = &mut rendered.report;
+        report.scene.file = self.args.scene.display().to_string();
+        report.image.file = match &self.args.output {
+            Output::Stdout => "-".into(),
+            Output::File(path, _) => path.display().to_string(),
+        };
+        report.image.linear_sha256 = linear_sha256(&rendered.linear);
+        self.write_image(&rendered)?;
+        let report = &mut rendered.report;
+        report.time.wall += started.elapsed().as_secs_f64();
+        late(report);
+        if let Some(path) = &self.args.report {
+            write_json(path, report)?;
+        }
+        if console.is_verbose() {
+            console.say(&table::report(report));
+        }
+        console.say(&table::summary(report));
+        for line in table::error(report).iter().chain(&table::warnings(report)) {
+            console.say(line);
+        }
+        Ok(rendered.report)
+    }
+
+    fn write_image(&self, rendered: &Rendered) -> Result<(), Failure> {
+        let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
+        let metadata = Metadata::of(&rendered.report, rendered.done);
+        let encode = |out: &mut dyn Write| self.format.encode_with(view, self.channels, &metadata, out);
+        Ok(match &self.args.output {
+            Output::Stdout => {
+                let mut out = BufWriter::new(io::stdout().lock());
+                let written = encode(&mut out).and_then(|()| out.flush());
+                written.context("cannot write the image to standard output")
+            }
+            Output::File(path, _) => atomic_file::write(path, |out| encode(out))
+                .with_context(|| format!("cannot write {}", path.display())),
+        }?)
+    }
+}
+
+/// Names the pictures of layers.
+pub(crate) fn say_layers(names: &[PathBuf], console: &mut Console) {
+    for name in names {
+        console.say(&format!("layer: {}", name.display()));
+    }
+}
+
+/// A time that was asked for and has passed is not kept, whatever else was.
+fn late(report: &mut Report) {
+    let asked = &mut report.asked;
+    if let (Some(time), Some(true)) = (asked.time, asked.met)
+        && report.time.wall > (1.0 + promise::LATE) * time
+    {
+        asked.met = Some(false);
+        asked.unmet_why = Some(format!("it took {}", units::seconds(report.time.wall)));
+    }
+}
+
+/// Writes `value` as JSON.
+pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).context("cannot express the report as JSON")?;
+    Ok(atomic_file::write(path, |out| writeln!(out, "{text}"))
+        .with_context(|| format!("cannot write {}", path.display()))?)
+}
+
+/// Fails if the validation layer had anything to say.
+pub(crate) fn validated(messages: &[String], console: &mut Console) -> Result<(), Failure> {
+    for message in messages {
+        console.error(message);
+    }
+    match messages.len() {
+        0 => Ok(()),
+        n => Err(Failure::Other(anyhow::anyhow!("{n} messages from the Vulkan validation layer"))),
+    }
+}
