@@ -101,7 +101,8 @@ fn planted(sources: &[sources::Source]) -> Result<Vec<Compiled>, String> {
 /// Planted mistakes are compiled, never packed.
 #[cfg(not(whitted_shaderc))]
 fn planted(_: &[sources::Source]) -> Result<Vec<Compiled>, String> {
-    Err("Tests compile kernels with planted mistakes, which needs shaderc: run `./whitted.sh setup` once.".into())
+    Err("Tests compile kernels with planted mistakes, which needs shaderc: run `./whitted.sh setup` once."
+        .into())
 }
 
 fn text_of(path: &Path) -> Result<String, String> {

@@ -69,7 +69,10 @@ fn compile(
             });
         }
         let file = Path::new("glsl/lib").join(requested);
-        Ok(shaderc::ResolvedInclude { resolved_name: file.display().to_string(), content: text(&file, planted)? })
+        Ok(shaderc::ResolvedInclude {
+            resolved_name: file.display().to_string(),
+            content: text(&file, planted)?,
+        })
     });
     let path = kernel.path.display().to_string();
     let artifact = compiler

@@ -8,9 +8,9 @@ mod common;
 
 use common::{render, renderer, small};
 use std::path::Path;
-use whitted::reference::oracle::Oracle;
-use whitted::image::linear_sha256;
 use whitted::compare::metrics::compare;
+use whitted::image::linear_sha256;
+use whitted::reference::oracle::Oracle;
 use whitted::scene::{self, Scene};
 use whitted::settings::Settings;
 

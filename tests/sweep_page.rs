@@ -50,7 +50,18 @@ document.body.append(out);
 fn sweep(folder: &Path) -> String {
     let out = folder.join("sweep");
     Command::new(env!("CARGO_BIN_EXE_whitted"))
-        .args(["sweep", SCENE, "--size", "36x30", "--device", "cpu", "--repeats", "1", "--truth-samples", "64"])
+        .args([
+            "sweep",
+            SCENE,
+            "--size",
+            "36x30",
+            "--device",
+            "cpu",
+            "--repeats",
+            "1",
+            "--truth-samples",
+            "64",
+        ])
         .args(["--over", "samples=1..4", "sampler=all", "depth=1,2", "precision=robust,f64", "-q", "-o"])
         .arg(&out)
         .env_remove("WHITTED_DEVICE")
@@ -63,17 +74,30 @@ fn sweep(folder: &Path) -> String {
 fn used(page: &str) -> (Value, String) {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("page.html");
-    let page = page.replacen("<head>", &format!("<head>{WATCH}"), 1).replacen("</body>", &format!("{USE}</body>"), 1);
+    let page = page.replacen("<head>", &format!("<head>{WATCH}"), 1).replacen(
+        "</body>",
+        &format!("{USE}</body>"),
+        1,
+    );
     fs::write(&file, page).unwrap();
     let output = process::Command::new("chromium")
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"])
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+        ])
         .args(["--disable-component-update", "--disable-sync", "--window-size=1300,900"])
         .args(["--enable-logging=stderr", "--v=0", "--dump-dom"])
         .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
         .arg(format!("file://{}", file.display()))
         .output()
-        .expect("this test needs `chromium` in the PATH: run ./whitted.sh setup, or install the package chromium");
-    let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr).into_owned());
+        .expect(
+            "this test needs `chromium` in the PATH: run ./whitted.sh setup, or install the package chromium",
+        );
+    let (dom, log) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr).into_owned());
     let report = dom.split("<pre id=\"report\">").nth(1).and_then(|rest| rest.split("</pre>").next());
     let report = report.unwrap_or_else(|| panic!("the page did not report\n{log}\n{dom}"));
     let report = report.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
@@ -88,7 +112,10 @@ fn numbers(list: &Value) -> Vec<f64> {
 fn foreign(page: &str) -> Vec<&str> {
     let starts = ["src=\"", "href=\"", "url(", "@import"];
     let addresses = starts.iter().flat_map(|start| page.split(start).skip(1));
-    addresses.filter(|a| !a.starts_with("data:image/png;base64,") && !a.starts_with('#')).filter_map(|a| a.split(['"', ')']).next()).collect()
+    addresses
+        .filter(|a| !a.starts_with("data:image/png;base64,") && !a.starts_with('#'))
+        .filter_map(|a| a.split(['"', ')']).next())
+        .collect()
 }
 
 #[test]
@@ -96,7 +123,10 @@ fn the_page_works_in_a_browser() {
     let folder = TempDir::new().unwrap();
     let page = sweep(folder.path());
     assert_eq!(foreign(&page), [""; 0]);
-    assert_eq!(foreign(&format!("{page}<img src=\"https://example.com/a-picture-from-elsewhere.png\">")).len(), 1);
+    assert_eq!(
+        foreign(&format!("{page}<img src=\"https://example.com/a-picture-from-elsewhere.png\">")).len(),
+        1
+    );
 
     let (report, log) = used(&page);
     assert_eq!(report["problems"].as_array().unwrap().len(), 0, "{report}\n{log}");
@@ -126,7 +156,10 @@ fn the_page_works_in_a_browser() {
 
     // One sample lies at the centre of the pixel with every sampler: one picture with all their names.
     let names = "<li><b>samples=1 sampler=";
-    let row = page.split("<figure class=\"row\">").find(|row| row.contains(names)).expect("a picture of one sample");
+    let row = page
+        .split("<figure class=\"row\">")
+        .find(|row| row.contains(names))
+        .expect("a picture of one sample");
     assert!(row.matches(names).count() >= 3, "{}", &row[..600]);
     assert_eq!(row.matches("<img ").count(), 2, "picture and difference");
 }
@@ -135,8 +168,12 @@ fn the_page_works_in_a_browser() {
 fn a_broken_page_is_noticed() {
     let folder = TempDir::new().unwrap();
     let page = sweep(folder.path());
-    let broken = page.replacen("document.querySelectorAll(\"table.sortable\")", "document.queryAll(\"table\")", 1);
+    let broken =
+        page.replacen("document.querySelectorAll(\"table.sortable\")", "document.queryAll(\"table\")", 1);
     assert_ne!(broken, page);
     let (report, log) = used(&broken);
-    assert!(report["problems"].as_array().unwrap().iter().any(|p| p.to_string().contains("queryAll")), "{report}\n{log}");
+    assert!(
+        report["problems"].as_array().unwrap().iter().any(|p| p.to_string().contains("queryAll")),
+        "{report}\n{log}"
+    );
 }

@@ -68,7 +68,9 @@ impl Deliver<'_> {
         console: &mut Console,
     ) -> Result<Report, Failure> {
         if rendered.done == 0.0 {
-            return Err(Failure::Interrupted("interrupted before the first pixel; nothing was written".into()));
+            return Err(Failure::Interrupted(
+                "interrupted before the first pixel; nothing was written".into(),
+            ));
         }
         let report = &mut rendered.report;
         report.scene.file = self.args.scene.display().to_string();

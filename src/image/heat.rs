@@ -196,14 +196,18 @@ mod tests {
     #[test]
     fn legends_fit_at_every_width() {
         let long = "truncation: upper bound on light from rays not traced, linear light (cyan: no value)";
-        for (width, what) in [1, 96, 240, 599, 600, 1920].into_iter().flat_map(|w| [(w, long), (w, "steps")]) {
+        for (width, what) in [1, 96, 240, 599, 600, 1920].into_iter().flat_map(|w| [(w, long), (w, "steps")])
+        {
             let (full, size) = (width.max(LEGEND_LEAST), LINES[usize::from(width >= LARGE)]);
             let lines = wrapped(what, full - 2 * GAP, size);
             assert_eq!(lines.join(" "), what);
             assert!(lines.iter().all(|l| text::width(l, size) <= full - 2 * GAP), "{width}: {lines:?}");
             // Nothing touches the right edge of the legend.
             let painted = paint(&vec![1.234e-5; width as usize], width, Range::Auto, what);
-            assert!((1..painted.size()[1]).all(|y| pixel(&painted, full - 1, y) == GROUND), "{width}: {what}");
+            assert!(
+                (1..painted.size()[1]).all(|y| pixel(&painted, full - 1, y) == GROUND),
+                "{width}: {what}"
+            );
             // The labels of the scale do not run into each other.
             let labels = [-1.234e-10, 1.234e-10, 9.876e-10].map(|v| text::width(&figure(v), size));
             assert!(labels.iter().sum::<u32>() + 2 * GAP <= full - 2 * GAP);

@@ -73,7 +73,8 @@ mod tests {
 
     #[test]
     fn every_sign_in_use_has_a_glyph() {
-        for letter in (' '..='~').chain("éüß±×µ²Δθ–—‘’“”…←→−∞≈≠≤≥⁰⁻⁹".chars()) {
+        for letter in (' '..='~').chain("éüß±×µ²Δθ–—‘’“”…←→−∞≈≠≤≥⁰⁻⁹".chars())
+        {
             assert_eq!(known(letter), letter);
         }
         assert_eq!((known('\n'), known('漢')), ('?', '?'));

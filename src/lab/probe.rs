@@ -288,7 +288,8 @@ impl Renderer {
         rays: &[ProbeRay],
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
-        let (recipe, forced, limits) = (self.recipe(scene), self.forced_brute_force(), self.device().limits());
+        let (recipe, forced, limits) =
+            (self.recipe(scene), self.forced_brute_force(), self.device().limits());
         let p = Probe::new(recipe, scene, settings, rays.len(), forced, &limits);
         let (packed, plan) = (&p.0.packed, p.0.plan()?);
         let (pipelines, _) = self.pipelines(plan, settings.precision)?;

@@ -42,7 +42,9 @@ enum Place {
 
 fn place(buffer: Buf) -> Place {
     match buffer {
-        Buf::Rays | Buf::Media | Buf::Hits | Buf::Surfaces | Buf::RayIndices | Buf::Contributions => Place::Ray,
+        Buf::Rays | Buf::Media | Buf::Hits | Buf::Surfaces | Buf::RayIndices | Buf::Contributions => {
+            Place::Ray
+        }
         Buf::NextRays | Buf::NextMedia => Place::Child,
         Buf::SampleRadiance | Buf::Paths => Place::Sample,
         Buf::Film | Buf::Marks | Buf::Pixels => Place::Pixel,
@@ -169,7 +171,8 @@ mod tests {
             let (small, large) = (plan(scene, 8), plan(scene, 64));
             for (name, _, buffer) in BUFFERS {
                 let [before, after] = [&small, &large].map(|p| p.buffer_bytes[*buffer as usize]);
-                let grows = after >= 4 * before && !matches!(buffer, Buf::ChildCounts | Buf::ChildMasks | Buf::Offsets);
+                let grows = after >= 4 * before
+                    && !matches!(buffer, Buf::ChildCounts | Buf::ChildMasks | Buf::Offsets);
                 assert!(!grows || place(*buffer) != Place::Shared, "{name} is counted nowhere");
             }
         }

@@ -242,8 +242,7 @@ impl Plan {
         };
         let few = by_brute_force && packed.primitive_count() <= abi::UNROLL_MAX as usize;
         let few = few && std::env::var("WH_JOIN").as_deref() != Ok("0");
-        let joined =
-            limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
+        let joined = limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
         let fused = joined && plan.may_fuse(settings, limits, survey);
         // What is wanted, then what else there is where texel views do not reach.
         let choices = [Choice { fused, joined }, Choice { fused: false, joined }, Choice::default()];

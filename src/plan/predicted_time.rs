@@ -150,7 +150,9 @@ impl Model {
         let Work { plan, pixels, samples, batches } = *work;
         let last = plan.last_depth;
         if last > 1 && self.rays.len() == 1 {
-            return Err(Unpredictable("the report is of a render of depth 1 and cannot predict deeper rays".into()));
+            return Err(Unpredictable(
+                "the report is of a render of depth 1 and cannot predict deeper rays".into(),
+            ));
         }
         let other = if plan.specialisation.fused != 0 { Kernel::Intersect } else { Kernel::Trace };
         if self.cost.keys().any(|(kernel, _)| *kernel == other) {

@@ -158,11 +158,15 @@ impl Renderer {
         match self.arithmetic.double {
             Some(double) if double.faults().is_empty() => (
                 Settings { precision: Precision::Double, ..asked.clone() },
-                vec![format!("rendered in f64 because the f32 arithmetic of this device is unreliable: {why}")],
+                vec![format!(
+                    "rendered in f64 because the f32 arithmetic of this device is unreliable: {why}"
+                )],
             ),
             _ => (
                 asked.clone(),
-                vec![format!("error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}")],
+                vec![format!(
+                    "error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}"
+                )],
             ),
         }
     }
@@ -265,7 +269,8 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings);
         self.check_precision(&settings)?;
         let limits = self.device.limits();
-        let planned = PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
+        let planned =
+            PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
         Ok(Built::new(planned, warnings, start))
     }
 

@@ -64,9 +64,7 @@ impl Identity {
             return Err(fault);
         }
         if self != now {
-            return Err(Mismatch(
-                "the scene, or a file it refers to, has changed since".into(),
-            ));
+            return Err(Mismatch("the scene, or a file it refers to, has changed since".into()));
         }
         Ok(())
     }

@@ -120,7 +120,11 @@ pub fn text(r: &Receipt) -> String {
             format!("{:.2} to {:.2}", a.ratio.lower, a.ratio.upper),
             format!("{sign}{}", bytes(a.bytes.unsigned_abs())),
             seconds(a.prepare),
-            if a.pixels_differ == 0 { "same bits".into() } else { plural(a.pixels_differ, "different pixel") },
+            if a.pixels_differ == 0 {
+                "same bits".into()
+            } else {
+                plural(a.pixels_differ, "different pixel")
+            },
             a.what.into(),
         ]);
     }

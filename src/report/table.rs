@@ -76,10 +76,16 @@ pub fn error(report: &Report) -> Vec<String> {
         figure(e.total),
         number(100.0 * e.confidence)
     )];
-    lines.push(format!("  sampling   {} (best estimate {})", figure(e.sampling), figure(e.sampling_estimate)));
+    lines.push(format!(
+        "  sampling   {} (best estimate {})",
+        figure(e.sampling),
+        figure(e.sampling_estimate)
+    ));
     lines.push(match &e.truncation_unbounded_why {
         None if e.truncation == 0.0 => "  truncation 0 (no ray was cut)".into(),
-        None => format!("  truncation {} (rays cut at depth {})", figure(e.truncation), report.settings.depth),
+        None => {
+            format!("  truncation {} (rays cut at depth {})", figure(e.truncation), report.settings.depth)
+        }
         Some(why) => format!(
             "  truncation {} with values above 1 clamped; no bound without clamping: {why}",
             figure(e.truncation)

@@ -40,7 +40,9 @@ impl Task<'_> {
         let mut chosen = match earlier {
             Some(kept) => match kept.taken_up(&begun, &mut survey)?.0 {
                 Stage::Error(chosen) => *chosen,
-                Stage::Settings => return Err(Mismatch("it holds no samples of a render with --error".into()).into()),
+                Stage::Settings => {
+                    return Err(Mismatch("it holds no samples of a render with --error".into()).into());
+                }
             },
             None => self.choose(&mut survey, target)?,
         };

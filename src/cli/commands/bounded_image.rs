@@ -44,7 +44,8 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     if target == Target::Settings {
         if settings.samples < 2 {
             return Err(Failure::Usage(
-                "the error of one sample per pixel cannot be estimated: use --samples 2 or more, or --error".into(),
+                "the error of one sample per pixel cannot be estimated: use --samples 2 or more, or --error"
+                    .into(),
             ));
         }
         let most = if a.aov.contains(&Layer::Sampling) { REPLICATES_OF_PIXELS } else { REPLICATES };
@@ -129,18 +130,15 @@ pub(super) fn run(
             }
             _ => String::new(),
         };
-        return Err(Failure::Interrupted(format!(
-            "interrupted: the image so far is in {file}{then}"
-        )));
+        return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;
     }
     match (report.asked.met, &report.asked.unmet_why) {
-        (Some(false), why) => Err(Failure::Unmet(format!(
-            "{}; the image is in {file}",
-            why.as_deref().unwrap_or_default()
-        ))),
+        (Some(false), why) => {
+            Err(Failure::Unmet(format!("{}; the image is in {file}", why.as_deref().unwrap_or_default())))
+        }
         _ => Ok(()),
     }
 }
@@ -170,7 +168,9 @@ fn paint(
 pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
     let a = &args.accuracy;
     if !a.aov.is_empty() && matches!(args.output, Output::Stdout) {
-        return Err(Failure::Usage("--aov writes files next to the image, so -o needs a file name instead of -".into()));
+        return Err(Failure::Usage(
+            "--aov writes files next to the image, so -o needs a file name instead of -".into(),
+        ));
     }
     if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
         return Err(Failure::Usage(

@@ -122,10 +122,7 @@ fn check(args: &CompareArgs) -> Result<(), Failure> {
     let files = [&args.diff, &args.json];
     for path in files.into_iter().flatten().filter(|p| p.as_os_str() != "-") {
         if [&args.a, &args.b].contains(&path) {
-            return Err(Failure::Usage(format!(
-                "{} would overwrite a picture to compare",
-                path.display()
-            )));
+            return Err(Failure::Usage(format!("{} would overwrite a picture to compare", path.display())));
         }
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }

@@ -94,7 +94,9 @@ fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure>
         None
     };
     match differs {
-        Some(what) => Err(Failure::Usage(format!("the report of --from has a different {what}; leave out --from to run a trial"))),
+        Some(what) => Err(Failure::Usage(format!(
+            "the report of --from has a different {what}; leave out --from to run a trial"
+        ))),
         None => Ok(()),
     }
 }

@@ -104,10 +104,14 @@ fn state_file(args: &RenderArgs) -> Option<StateFile> {
 fn check(args: &RenderArgs) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
-            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect standard output or name a file".into()));
+            return Err(Failure::Usage(
+                "-o - would write a PNG to the terminal: redirect standard output or name a file".into(),
+            ));
         }
         Output::Stdout if args.resume => {
-            return Err(Failure::Usage("--resume needs an image file, but -o - writes to standard output".into()));
+            return Err(Failure::Usage(
+                "--resume needs an image file, but -o - writes to standard output".into(),
+            ));
         }
         Output::Stdout => Format::Png(Bits::Eight),
         Output::File(path, format) => {
@@ -124,9 +128,7 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     }
     match (args.bits.as_deref(), format) {
         (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
-        (Some(_), Format::Exr | Format::Hdr) => {
-            Err(Failure::Usage("--bits applies to PNG only".into()))
-        }
+        (Some(_), Format::Exr | Format::Hdr) => Err(Failure::Usage("--bits applies to PNG only".into())),
         _ => Ok(format),
     }
 }

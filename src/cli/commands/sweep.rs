@@ -82,7 +82,8 @@ impl Watch for Shown<'_> {
 fn text(record: &Record) -> String {
     use Align::{Left, Right};
     let error = |x: Option<f64>| x.map_or("-".into(), figure);
-    let mut front = Table::new(&[("Pareto front (lowest error for the time)", Left), ("time", Right), ("RMSE", Right)]);
+    let mut front =
+        Table::new(&[("Pareto front (lowest error for the time)", Left), ("time", Right), ("RMSE", Right)]);
     for row in record.front.iter().filter_map(|name| record.rows.iter().find(|r| r.name == *name)) {
         front.row([row.name.clone(), seconds(row.seconds()), error(row.rmse())]);
     }

@@ -115,7 +115,8 @@ impl ErrorRow {
     /// Speed-up of `--error` over the uniform render, in seconds and in rays; above 1, `--error` is cheaper.
     pub fn speed_up(&self) -> Option<(f64, f64)> {
         let seconds = median(&self.uniform.seconds)? / median(&self.uniform.adaptive_seconds)?;
-        let rays = self.uniform.rays as f64 / median(&self.trials.iter().map(|t| t.rays as f64).collect::<Vec<_>>())?;
+        let rays = self.uniform.rays as f64
+            / median(&self.trials.iter().map(|t| t.rays as f64).collect::<Vec<_>>())?;
         Some((seconds, rays))
     }
 }

@@ -201,7 +201,8 @@ impl Sheet {
             widest.max(text::width(&self.title, TITLE_SIZE)).max(text::width(&self.subtitle, TEXT_SIZE));
         let head = MARGIN + TITLE_SIZE + LINE + ROW_GAP;
         let body: u32 = rows.iter().map(|row| row.height() + ROW_GAP).sum();
-        let mut canvas = Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(ROW_GAP) + MARGIN, GROUND);
+        let mut canvas =
+            Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(ROW_GAP) + MARGIN, GROUND);
         canvas.text([MARGIN, MARGIN], &self.title, TITLE_SIZE, TITLE);
         canvas.text([MARGIN, MARGIN + TITLE_SIZE], &self.subtitle, TEXT_SIZE, DETAIL);
         let mut top = head;

@@ -85,14 +85,19 @@ mod tests {
     fn the_window_holds_what_differs() {
         // From the third to the fourth picture a faint square appears, from the second to the third a
         // bright one goes: each pair has a window of its own.
-        let pictures =
-            [with_square([2, 3], 255), with_square([2, 3], 255), with_square([9, 9], 0), with_square([30, 20], 9)];
+        let pictures = [
+            with_square([2, 3], 255),
+            with_square([2, 3], 255),
+            with_square([9, 9], 0),
+            with_square([30, 20], 9),
+        ];
         let all: Vec<&Canvas> = pictures.iter().collect();
         let found = differences(&all, [4, 4], 2);
         let want = |right, corner| Difference { right, window: Window { corner, size: [4, 4] } };
         assert_eq!(found, [want(3, [30, 20]), want(2, [2, 3])]);
         // A larger window holds the square, whatever else it holds.
-        let [Difference { window: Window { corner: [x, y], .. }, .. }] = differences(&all, [10, 8], 1)[..] else {
+        let [Difference { window: Window { corner: [x, y], .. }, .. }] = differences(&all, [10, 8], 1)[..]
+        else {
             panic!("one window expected")
         };
         assert!((24..=30).contains(&x) && (16..=20).contains(&y), "{x} {y}");

@@ -240,6 +240,9 @@ mod tests {
             assert_eq!((figure.to_string().as_str(), figure.passes()), (text, passes));
         }
         let [near, past] = [Figure::share(0.9, "a"), Figure::new(2.0, 1.5, "b")];
-        assert_eq!((near.clone().worse(past.clone()), Figure::share(0.5, "c").worse(near.clone())), (past, near));
+        assert_eq!(
+            (near.clone().worse(past.clone()), Figure::share(0.5, "c").worse(near.clone())),
+            (past, near)
+        );
     }
 }

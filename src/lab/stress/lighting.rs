@@ -187,7 +187,11 @@ fn light_segment(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let lit = row.iter().filter(|p| p[0] > 0.0).count() as f64;
         let expected = f64::from(width) / 2.0 - 20.25;
         let bound = 0.5 + 64.0 * u / pixel * (1.0 + 1.0 / (top - height));
-        figure = worst(figure, (lit - expected).abs() / bound, format!("of the allowed error (blocker at {height})"));
+        figure = worst(
+            figure,
+            (lit - expected).abs() / bound,
+            format!("of the allowed error (blocker at {height})"),
+        );
         let ordered = row.windows(2).all(|w| w[0][0] > 0.0 || w[1][0] == 0.0);
         figure = worst(figure, if ordered { 0.0 } else { 2.0 }, "more than one shadow edge");
     }
@@ -222,7 +226,8 @@ fn facing_mirrors(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let expected = 1.0 - rho.powi(n);
             let error = (middle(h, &scene, n as u32)? - expected).abs();
             let bound = 8.0 * COLOUR_U * f64::from(n + 1);
-            figure = worst(figure, error / bound, format!("of the allowed error (mirrors {rho:.2}, depth {n})"));
+            figure =
+                worst(figure, error / bound, format!("of the allowed error (mirrors {rho:.2}, depth {n})"));
         }
     }
     Ok(figure)
@@ -253,8 +258,11 @@ fn furnace(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             // Of (1 - R) R^m the change with R is at most m + 1 times its own; the sum and the weights add 4u each.
             let n = f64::from(depth);
             let bound = (16.0 * COLOUR_U + moved) * n + 8.0 * COLOUR_U * n;
-            figure =
-                worst(figure, (seen - expected).abs() / bound, format!("of the allowed error (glass, depth {depth})"));
+            figure = worst(
+                figure,
+                (seen - expected).abs() / bound,
+                format!("of the allowed error (glass, depth {depth})"),
+            );
             figure = worst(
                 figure,
                 if seen <= 1.0 + 4.0 * COLOUR_U * n { 0.0 } else { 2.0 },
@@ -322,7 +330,11 @@ fn normals_that_cancel(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for c in &probed.children {
         let d = (rays[c.parent].direction * 1e30).normalize();
         let expected = DVec3::new(d.x, d.y, -d.z);
-        figure = worst(figure, (c.direction - expected).length() / (8.0 * u), "of the allowed error (mirrored rays)");
+        figure = worst(
+            figure,
+            (c.direction - expected).length() / (8.0 * u),
+            "of the allowed error (mirrored rays)",
+        );
     }
     Ok(figure)
 }

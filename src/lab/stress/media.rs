@@ -142,7 +142,11 @@ fn ball_lens(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let error = (turned - 2.0 * (a - b).abs()).abs() / bound;
             figure = worst(figure, error, format!("of the allowed error (angle, index {n:.2})"));
             let error = (impact(out) - height).abs() / bound;
-            figure = worst(figure, error, format!("of the allowed error (distance from the centre, index {n:.2})"));
+            figure = worst(
+                figure,
+                error,
+                format!("of the allowed error (distance from the centre, index {n:.2})"),
+            );
         }
     }
     Ok(figure)

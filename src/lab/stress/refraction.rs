@@ -194,7 +194,11 @@ fn snell(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let k = c.squared_cosine_beyond();
             if k > squared_cosine_error(u, c.eta) {
                 let error = (along - c.eta * c.along()).length() / ((6.0 * c.eta.max(1.0) + 10.0) * u);
-                figure = worst(figure, error, format!("of the allowed error (Snell, index {n:.3}, eta {:.3})", c.eta));
+                figure = worst(
+                    figure,
+                    error,
+                    format!("of the allowed error (Snell, index {n:.3}, eta {:.3})", c.eta),
+                );
             }
             let sum = c.weights.iter().sum::<f64>();
             figure = worst(
@@ -250,7 +254,11 @@ fn fresnel_share(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let rays: Vec<_> = known.iter().map(|(a, _)| ProbeRay::new(above, h.round(at(*a)))).collect();
     for (c, (degrees, share)) in crossings(h, &scene, &rays)?.iter().zip(known) {
         let bound = 16.0 * u + 2f64.powi(-24) + sensitivity(Fresnel::Exact, c, u);
-        figure = worst(figure, (c.share - share).abs() / bound, format!("of the allowed error (at {degrees} degrees)"));
+        figure = worst(
+            figure,
+            (c.share - share).abs() / bound,
+            format!("of the allowed error (at {degrees} degrees)"),
+        );
     }
     Ok(figure)
 }

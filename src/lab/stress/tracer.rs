@@ -69,7 +69,8 @@ pub struct Twins {
 
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let planned = PlannedScene::for_twins(Recipe::of(scene), scene, settings, &Limits::LAVAPIPE, self.brute_force);
+        let planned =
+            PlannedScene::for_twins(Recipe::of(scene), scene, settings, &Limits::LAVAPIPE, self.brute_force);
         let packed = &planned.packed;
         let (linear, counts) = twin::render(packed, scene, settings, planned.plan()?)
             .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;

@@ -275,7 +275,9 @@ mod tests {
     #[test]
     fn mistakes_are_told_with_what_there_is() {
         let error = |text: &str| text.parse::<Axis>().unwrap_err();
-        assert!(error("sample=1").contains("samples=") && error("sample=1").contains("unknown axis `sample`"));
+        assert!(
+            error("sample=1").contains("samples=") && error("sample=1").contains("unknown axis `sample`")
+        );
         assert!(error("samples").contains("such as samples=1..64"));
         for bad in [
             "samples=",

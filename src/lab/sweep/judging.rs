@@ -2,16 +2,16 @@
 
 use super::keys::{bias_key, scene_hash};
 use super::plan::Watch;
+use super::point::Words;
 use super::record::Record;
 use super::row::{Row, judge};
 use super::run::Work;
-use super::point::Words;
 use super::trace::{SweepError, Tracer, Watched};
 use super::truth::{Identity, REPLICATES, Truth, hidden_by_depth, limit_error};
 use crate::accuracy::radiance_bound::radiance_limit;
+use crate::accuracy::truncation::TruncationBound;
 use crate::compare::metrics::compare;
 use crate::render::samples::{Source, Traced};
-use crate::accuracy::truncation::TruncationBound;
 use crate::render::{Observer, Renderer};
 use crate::report::ProgramInfo;
 use crate::settings::sampler::Sampler;

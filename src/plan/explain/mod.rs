@@ -83,7 +83,10 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
             f.solids_at_once > 1,
             match f.solids_at_once {
                 0 => "no ray is inside a solid".into(),
-                n => format!("a ray can be inside {} at once, judged by bounding boxes", plural(n.into(), "solid")),
+                n => format!(
+                    "a ray can be inside {} at once, judged by bounding boxes",
+                    plural(n.into(), "solid")
+                ),
             },
         ),
         is("branching", f.branching, "a hit can spawn two rays", "a hit spawns at most one ray"),
@@ -105,7 +108,8 @@ fn search(packed: &Packed) -> SearchInfo {
         [_, true] if packed.found.spheres > 0 => "; the few spheres are tested outside it",
         _ => "",
     };
-    let most = if packed.found.primitives() > max as u64 { "more than" } else { "forced although not more than" };
+    let most =
+        if packed.found.primitives() > max as u64 { "more than" } else { "forced although not more than" };
     SearchInfo {
         kind: "hierarchy",
         nodes: match packed.compressed_nodes.len() {

@@ -52,19 +52,45 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
             "use_bvh",
             s.use_bvh,
             Some(1),
-            if one_by_one { "no traversal: unrolled tests" } else { "no traversal: a loop over all shapes" }.into(),
+            if one_by_one { "no traversal: unrolled tests" } else { "no traversal: a loop over all shapes" }
+                .into(),
         ),
-        ("smooth_normals", s.smooth_normals, Some(1), "no interpolation of normals, no correction of its reflections".into()),
+        (
+            "smooth_normals",
+            s.smooth_normals,
+            Some(1),
+            "no interpolation of normals, no correction of its reflections".into(),
+        ),
         (
             "media_capacity",
             s.media_capacity,
             Some(MEDIA_MAX),
-            if s.media_capacity == 0 { "no list of the solids around a ray" } else { "shorter lists of solids" }.into(),
+            if s.media_capacity == 0 {
+                "no list of the solids around a ray"
+            } else {
+                "shorter lists of solids"
+            }
+            .into(),
         ),
-        ("wide_spheres_used", s.wide_spheres_used, Some(1), "no sphere test in double-length arithmetic".into()),
+        (
+            "wide_spheres_used",
+            s.wide_spheres_used,
+            Some(1),
+            "no sphere test in double-length arithmetic".into(),
+        ),
         ("robust", s.robust, Some(1), "no exact rechecks (--precision fast)".into()),
-        ("origin_fixed", s.origin_fixed, Some(0), "rays start a fixed distance off the surface (--origin)".into()),
-        ("branching", s.branching, Some(1), "at most one ray per sample and depth: no sums over several".into()),
+        (
+            "origin_fixed",
+            s.origin_fixed,
+            Some(0),
+            "rays start a fixed distance off the surface (--origin)".into(),
+        ),
+        (
+            "branching",
+            s.branching,
+            Some(1),
+            "at most one ray per sample and depth: no sums over several".into(),
+        ),
         ("survey", s.survey, Some(1), "pixels in rows, no record of paths".into()),
         ("lanes", s.lanes, Some(0), "packets: the rays of a subgroup traverse together".into()),
         (

@@ -6,7 +6,12 @@ use super::structs::{Contribution, Queue};
 use crate::kernel::abi::{COUNTER_LOOP_CAP, LOOP_CAP};
 
 /// Adds the contributions of all rays of one sample at this depth to the sample.
-pub fn gather(queue: &[Queue], contributions: &[Contribution], sample_radiance: &mut [[f32; 3]], counters: &mut [u32]) {
+pub fn gather(
+    queue: &[Queue],
+    contributions: &[Contribution],
+    sample_radiance: &mut [[f32; 3]],
+    counters: &mut [u32],
+) {
     let count = queue[0].count as usize;
     for i in 0..count {
         let sample_index = contributions[i].sample_index;

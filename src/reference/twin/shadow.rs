@@ -31,7 +31,8 @@ pub fn shadow(
     let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     let camera = &camera[0];
-    let mut lit = Lit { shapes, push, camera, lights, contributions, sample_radiance, paths, depth_counts, counters };
+    let mut lit =
+        Lit { shapes, push, camera, lights, contributions, sample_radiance, paths, depth_counts, counters };
     for i in 0..queue[0].count as usize {
         let s = &surfaces[i];
         let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];

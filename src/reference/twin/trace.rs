@@ -69,8 +69,17 @@ pub fn trace(
         spawn(spec, camera, &s, ray, m.secondary, inside, i * most, &mut next);
         let bit = |flag, shift| u32::from(s.flags & flag != 0) << (shift + i % lanes);
         child_masks[i / lanes] |= bit(CHILD_REFLECTED, 0) | bit(CHILD_REFRACTED, 16);
-        let mut lit =
-            Lit { shapes, push, camera, lights, contributions, sample_radiance, paths, depth_counts, counters };
+        let mut lit = Lit {
+            shapes,
+            push,
+            camera,
+            lights,
+            contributions,
+            sample_radiance,
+            paths,
+            depth_counts,
+            counters,
+        };
         lit.light_up(i, ray, &s, m, true, true);
     }
 }

@@ -57,7 +57,8 @@ RMSE and ratios are medians.\n\n{}",
 
     pub(super) fn pixels(&self) -> String {
         let aim = Aim::of(self.plan.confidence);
-        let columns = [("samples", Right), ("edge pixels whose interval holds the truth", Right), ("verdict", Left)];
+        let columns =
+            [("samples", Right), ("edge pixels whose interval holds the truth", Right), ("verdict", Left)];
         let mut lines = Vec::new();
         for samples in &self.plan.samples {
             let all = self.rows(|s| &s.budget).filter(|(_, r)| r.samples == *samples);

@@ -68,7 +68,9 @@ impl Calibration {
         }
         let gain = match (geometric_mean(&gains.0), geometric_mean(&gains.1)) {
             (Some(seconds), Some(rays)) => {
-                format!("\nSpeed-up over all rows, geometric mean: x{seconds:.2} in time, x{rays:.2} in rays.\n")
+                format!(
+                    "\nSpeed-up over all rows, geometric mean: x{seconds:.2} in time, x{rays:.2} in rays.\n"
+                )
             }
             _ => String::new(),
         };

@@ -92,8 +92,7 @@ fn every_picture_has_its_parts_below_it_framed_as_in_the_picture() {
     let canvas = sheet.draw();
     for (part, color) in row.parts.iter().zip(PARTS) {
         for (i, cell) in section.cells.iter().enumerate() {
-            let enlarged =
-                cell.picture.cropped(part.window.corner, part.window.size).enlarged(8 * ENLARGED);
+            let enlarged = cell.picture.cropped(part.window.corner, part.window.size).enlarged(8 * ENLARGED);
             let found = places(&canvas, &enlarged);
             let column = MARGIN + i as u32 * (640 + GAP)..MARGIN + i as u32 * (640 + GAP) + 640;
             let here: Vec<_> = found.iter().filter(|[x, _]| column.contains(x)).collect();

@@ -134,8 +134,12 @@ impl Cost {
             [variant.name.to_owned(), of(0), of(1), of(2)]
         });
         let rows: Vec<[String; 4]> = cells.collect();
-        let columns =
-            [("device time / `robust`", Left), ("room", Right), ("flake on a planet", Right), ("mesh", Right)];
+        let columns = [
+            ("device time / `robust`", Left),
+            ("room", Right),
+            ("flake on a planet", Right),
+            ("mesh", Right),
+        ];
         let caution = if kind == "cpu" {
             "**This device is a CPU driver: the ratios say nothing about a GPU**, on most of which f64 costs many times \
              f32.\n\n"

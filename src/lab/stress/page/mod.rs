@@ -137,7 +137,7 @@ fn cases(outcomes: &[Outcome]) -> String {
             ]
         })
         .collect();
-    let failed = outcomes.iter().filter(|o| !o.passed).count();
+    let failed = outcomes.iter().filter(|o| !o.figure.passes()).count();
     let columns = ["case", "stands for", "result", "verdict", "allowed error"];
     format!(
         "{} cases, {failed} failed. `whitted stress --list` describes each.\n\n{}",
@@ -161,7 +161,13 @@ mod tests {
         let bad = Outcome { name: "drift", figure: Figure::new(0.5, 0.1, "of t"), ..good.clone() };
         let text = cases(&[good, bad]);
         assert!(text.starts_with("2 cases, 1 failed."), "{text}");
-        assert!(text.contains("| `holes` | light \\| seams | 0 of 90,000 rays missed | pass | exact |"), "{text}");
-        assert!(text.contains("| `drift` | light \\| seams | 0.5 of t (at most 0.1) | **FAIL** | exact |"), "{text}");
+        assert!(
+            text.contains("| `holes` | light \\| seams | 0 of 90,000 rays missed | pass | exact |"),
+            "{text}"
+        );
+        assert!(
+            text.contains("| `drift` | light \\| seams | 0.5 of t (at most 0.1) | **FAIL** | exact |"),
+            "{text}"
+        );
     }
 }

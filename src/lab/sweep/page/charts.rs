@@ -41,9 +41,7 @@ pub(super) fn plots(record: &Record) -> Vec<Plot> {
         ("error_depth", DEPTH, depth(record)),
         ("error_epsilon", EPSILON, epsilon(record)),
     ];
-    all.into_iter()
-        .filter_map(|(name, caption, chart)| Some(Plot { name, chart: chart?, caption }))
-        .collect()
+    all.into_iter().filter_map(|(name, caption, chart)| Some(Plot { name, chart: chart?, caption })).collect()
 }
 
 fn judged(record: &Record) -> impl Iterator<Item = (&Row, f64)> {

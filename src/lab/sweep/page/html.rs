@@ -158,10 +158,8 @@ fn gallery(pictures: &Pictures) -> String {
         return String::new();
     }
     let [width, height] = pictures.size;
-    let stops: Vec<String> = (0..=8u32)
-        .map(|i| heat(f64::from(i) / 8.0))
-        .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
-        .collect();
+    let stops: Vec<String> =
+        (0..=8u32).map(|i| heat(f64::from(i) / 8.0)).map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
     let mut text = format!(
         "<h2 id=\"pictures\">Pictures</h2>\n<p>Settings of the Pareto front from fast to exact, then the largest error and the slowest \
          setting. Settings with equal pictures share a row. Click a picture for full size; then the arrow keys flip \

@@ -86,7 +86,6 @@ mod tests {
         }
     }
 
-
     #[test]
     fn errors_have_three_digits() {
         let cases = [Some(0.0), Some(0.012_345), Some(0.0098), Some(1.5), Some(123.4), Some(4.321e-5), None];
@@ -96,7 +95,10 @@ mod tests {
     #[test]
     fn columns_of_words_are_flush_left() {
         let text = section("A b", "", (1, &["word", "x"]), [["<i>".into(), "2".into()]].into_iter());
-        assert!(text.contains("<h2 id=\"a-b\">") && text.contains("<td class=\"l\">&lt;i&gt;</td><td>2</td>"), "{text}");
+        assert!(
+            text.contains("<h2 id=\"a-b\">") && text.contains("<td class=\"l\">&lt;i&gt;</td><td>2</td>"),
+            "{text}"
+        );
         assert!(section("A b", "", (1, &["word"]), std::iter::empty()).is_empty());
     }
 }

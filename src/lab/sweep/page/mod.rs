@@ -29,8 +29,7 @@ pub(super) fn write(folder: Folder<'_>, record: &Record, truth: &[DVec3]) -> Res
         let (width, height, rgb) = plot::pixels(&chart, SIZE).map_err(SweepError::Plot)?;
         folder.write(&format!("{}.svg", drawn.name), &mut |out| out.write_all(svg.as_bytes()))?;
         let metadata = Metadata::new([("Software", "whitted sweep"), ("Description", drawn.caption)]);
-        folder
-            .write(&format!("{}.png", drawn.name), &mut |out| png8(width, height, &rgb, &metadata, out))?;
+        folder.write(&format!("{}.png", drawn.name), &mut |out| png8(width, height, &rgb, &metadata, out))?;
         plots.push((drawn, svg));
     }
     let pictures = pictures::pictures(folder, record, truth)?;

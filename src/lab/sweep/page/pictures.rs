@@ -1,9 +1,9 @@
 //! The pictures of chosen settings, each with its difference from the truth in false colours.
 
 use super::markup::error;
+use crate::compare::metrics::Rgb;
 use crate::image::heat::heat;
 use crate::image::{Metadata, code8, png8};
-use crate::compare::metrics::Rgb;
 use crate::lab::sweep::folder::Folder;
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
@@ -42,11 +42,7 @@ pub(super) struct Shown {
 }
 
 /// The truth, and the pictures of settings on the Pareto front, with the largest error, and the slowest.
-pub(super) fn pictures(
-    folder: Folder<'_>,
-    record: &Record,
-    truth: &[DVec3],
-) -> Result<Pictures, SweepError> {
+pub(super) fn pictures(folder: Folder<'_>, record: &Record, truth: &[DVec3]) -> Result<Pictures, SweepError> {
     let Record { width, height, .. } = *record;
     let factor = width.div_ceil(WIDEST).max(1);
     let size = [width.div_ceil(factor), height.div_ceil(factor)];

@@ -1,9 +1,9 @@
 //! The small tables: Pareto front, fastest setting per error, convergence, cost of samples, precisions.
 
 use super::markup::{error, section};
-use crate::stats::{median, quartiles};
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
+use crate::stats::{median, quartiles};
 use crate::units::{figure, seconds};
 
 /// Rows of the Pareto front, fastest first.
