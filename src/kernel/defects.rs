@@ -103,7 +103,6 @@ defects! {
     /// A hit's t is not confined to the primitive's box.
     Unconfined {
         "traverse.glsl": "if (robust != 0u) {" => "if (robust != 0u && !planted) {";
-        "traverse.glsl": "near < limit || robust == 0u" => "@ || planted";
     }
 
     /// Box tests without the allowance for rounding, reciprocals of zero as they come.
