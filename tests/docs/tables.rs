@@ -5,7 +5,7 @@ use std::fmt::Write;
 use whitted::kernel::abi::{self, Buf};
 use whitted::kernel::table::KERNELS;
 use whitted::plan::element_bytes;
-use whitted::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
+use whitted::plan::passes::{self, EPILOGUE, PER_DEPTH, PROLOGUE, Pass, SELF_TEST, Size, Way, When};
 use whitted::settings::Precision;
 
 /// The block called `name` of the architecture page is `table`.
@@ -109,6 +109,22 @@ fn the_buffer_table_is_the_codes() {
         2 * 2 * bytes("Ray") + bytes("uint") + bytes("Contribution"),
         bytes("vec3"),
         bytes("Film")
+    )
+    .unwrap();
+    let bound = |fused: bool| {
+        let widths = passes::all().filter(|p| p.is_of(fused)).map(|p| {
+            let both: std::collections::BTreeSet<u32> =
+                p.reads.iter().chain(p.writes).map(|b| *b as u32).collect();
+            both.len()
+        });
+        widths.max().unwrap()
+    };
+    writeln!(
+        table,
+        "\nThe widest split kernel binds {} storage buffers, as many as a device must offer; the widest fused one binds {}, and is used\n\
+         only where the device offers that many.",
+        bound(false),
+        bound(true)
     )
     .unwrap();
     write("buffers", &table);
