@@ -137,7 +137,7 @@ fn cases(outcomes: &[Outcome]) -> String {
             ]
         })
         .collect();
-    let failed = outcomes.iter().filter(|o| !o.passed).count();
+    let failed = outcomes.iter().filter(|o| !o.figure.passes()).count();
     let columns = ["case", "stands for", "result", "verdict", "allowed error"];
     format!(
         "{} cases, {failed} failed. `whitted stress --list` describes each.\n\n{}",
