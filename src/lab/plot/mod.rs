@@ -168,7 +168,8 @@ pub(crate) fn pixels(charts: &[Chart], size: (u32, u32)) -> Result<(u32, u32, Ve
 /// Draws charts side by side, every length times `zoom`.
 fn all<B: DrawingBackend<ErrorType: 'static>>(charts: &[Chart], backend: B, zoom: u32) -> Result<(), String> {
     // plotters lays legends and labels out by the widths of this font, in SVG text too.
-    register_font(FONT, FontStyle::Normal, FONT_FILE).map_err(|_| "plotters cannot read the embedded font")?;
+    register_font(FONT, FontStyle::Normal, FONT_FILE)
+        .map_err(|_| "plotters cannot read the embedded font")?;
     let root = backend.into_drawing_area();
     root.fill(&WHITE).map_err(|e| e.to_string())?;
     for (chart, area) in charts.iter().zip(root.split_evenly((1, charts.len().max(1)))) {

@@ -16,8 +16,7 @@ fn planned(name: &str, depth: u32, general: General) -> Plan {
     let scene = scene::load(&path).expect("a scene");
     let mut settings = Settings { depth, ..Settings::of(&scene) };
     settings.schedule.general = general;
-    // Shapes as constants, so that the lanes work together and kernels are fused where they may be.
-    settings.schedule.constants = Some(true);
+    settings.schedule.fused = Some(true);
     Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }
 
