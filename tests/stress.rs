@@ -79,7 +79,7 @@ fn all_pass(tracer: &mut dyn Tracer, precision: Precision) {
     for case in cases() {
         let figure = (case.run)(&mut Harness::new(tracer, precision)).expect(case.name);
         if !figure.passes() {
-            failed.push(format!("{}: {} > {} {}", case.name, figure.value, figure.bound, figure.unit));
+            failed.push(format!("{}: {figure}", case.name));
         }
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));

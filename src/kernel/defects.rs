@@ -86,12 +86,12 @@ defects! {
 
     /// A ray may hit the primitive it starts on.
     NoIdentity {
-        "trace.glsl": "primitive != r.skip && !false_hit" => "(primitive != r.skip || planted) && !false_hit";
-        "trace.glsl": "void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best) {" =>
+        "traverse.glsl": "primitive != r.skip && !false_hit" => "(primitive != r.skip || planted) && !false_hit";
+        "traverse.glsl": "void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best) {" =>
             "@ if (planted) r.skip = NONE;";
-        "trace.glsl": "bool may = i != r.skip && may_hit_triangle" =>
+        "traverse.glsl": "bool may = i != r.skip && may_hit_triangle" =>
             "bool may = (i != r.skip || planted) && may_hit_triangle";
-        "trace.glsl": "return may;" => "return may || planted;";
+        "traverse.glsl": "return may;" => "return may || planted;";
     }
 
     /// Rays start on the surface, not off it.
@@ -102,8 +102,7 @@ defects! {
 
     /// A hit's t is not confined to the primitive's box.
     Unconfined {
-        "trace.glsl": "if (robust != 0u) {" => "if (robust != 0u && !planted) {";
-        "trace.glsl": "near < limit || robust == 0u" => "@ || planted";
+        "traverse.glsl": "if (robust != 0u) {" => "if (robust != 0u && !planted) {";
     }
 
     /// Box tests without the allowance for rounding, reciprocals of zero as they come.
@@ -114,7 +113,7 @@ defects! {
 
     /// Ties in t go to whichever primitive is tested first.
     TraversalTies {
-        "trace.glsl": "best.primitive != NONE && h.id < best.id" => "@ && !planted";
+        "traverse.glsl": "best.primitive != NONE && h.id < best.id" => "@ && !planted";
     }
 
     /// Samples are added without compensation.
@@ -184,7 +183,7 @@ defects! {
 
     /// Rays that are not finite are traced.
     NanAccepted {
-        "trace.glsl": "bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));" =>
+        "traverse.glsl": "bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));" =>
             "@ if (planted) finite = true;";
     }
 
@@ -218,7 +217,7 @@ defects! {
 
     /// The traversal stack has four entries.
     ShortStack {
-        "trace.glsl": "if (top + entered > STACK_SIZE + 1u) {" =>
+        "traverse.glsl": "if (top + entered > STACK_SIZE + 1u) {" =>
             "if (top + entered > (planted ? 4u : STACK_SIZE + 1u)) {";
         "packet.glsl": "top + entered > stack_size + 1u;" => "top + entered > (planted ? 4u : stack_size + 1u);";
     }

@@ -24,9 +24,7 @@ pub struct KernelCode {
     pub single: Spirv,
     /// Compiled with `real` = double.
     pub double: Spirv,
-    /// Compiled with `real` = float and a small scene's shapes as constants, where it tests shapes; else as `single`.
-    pub few: Spirv,
-    /// Compiled with `real` = float and rays that walk the hierarchy in packets, where it tests shapes; else as `single`.
+    /// Compiled with `real` = float, the lanes of a subgroup working together, where it tests shapes; else as `single`.
     pub packet: Spirv,
     /// Bit b: the kernel may load from buffer b.
     pub reads: u64,

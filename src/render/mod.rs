@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod prepared;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
@@ -11,25 +12,25 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
+pub(crate) use prepared::Built;
+pub use prepared::Prepared;
 pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
-pub use trial::{Run, Share};
+pub use trial::{Run, Trial};
 
 #[cfg(feature = "defects")]
 use crate::kernel::defects::Defect;
 use crate::kernel::table::{Kernel, KernelSet};
-use crate::plan::{self, Plan, PlanError};
-use crate::prepare::coincident_solids;
+use crate::plan::explain::explain;
+use crate::plan::{Plan, PlanError, PlannedScene, Purpose};
+use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
-use crate::prepare::{Packed, Recipe, pack_by};
-use crate::report::timeline::{FrameTrace, Phase};
-use crate::report::{Report, TimeInfo};
+use crate::report::Report;
+use crate::report::explain::Outline;
 use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines, VkError};
-use batches::Drawn;
 pub(crate) use batches::Frame;
-use resume_state::Identity;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -122,8 +123,6 @@ pub struct Renderer {
     recipe: fn(&Scene) -> Recipe,
     brute_force: Option<bool>,
     poison: bool,
-    keep_submits: bool,
-    trace: FrameTrace,
 }
 
 impl Renderer {
@@ -141,8 +140,6 @@ impl Renderer {
             recipe: Recipe::of,
             brute_force: None,
             poison: false,
-            keep_submits: false,
-            trace: FrameTrace::default(),
         })
     }
 
@@ -161,11 +158,15 @@ impl Renderer {
         match self.arithmetic.double {
             Some(double) if double.faults().is_empty() => (
                 Settings { precision: Precision::Double, ..asked.clone() },
-                vec![format!("rendered in f64, as this device's f32 cannot be trusted: {why}")],
+                vec![format!(
+                    "rendered in f64 because the f32 arithmetic of this device is unreliable: {why}"
+                )],
             ),
             _ => (
                 asked.clone(),
-                vec![format!("bounds may not hold, as this device's f32 cannot be trusted: {why}")],
+                vec![format!(
+                    "error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}"
+                )],
             ),
         }
     }
@@ -185,16 +186,18 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
-    /// The scene as this device's kernels need it, for an image or (`survey`) for listed pixels.
-    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
-        let limits = self.device.limits();
-        let max = plan::brute_force_max(self.brute_force, settings, &limits, survey);
-        pack_by((self.recipe)(scene), scene, settings, max, limits.forms(settings))
+    pub(crate) fn forced_brute_force(&self) -> Option<bool> {
+        self.brute_force
+    }
+
+    /// How `scene` becomes arrays.
+    pub(crate) fn recipe(&self, scene: &Scene) -> Recipe {
+        (self.recipe)(scene)
     }
 
     /// The frame that the kernels see `scene` in.
     pub(crate) fn frame(&self, scene: &Scene) -> LocalFrame {
-        (self.recipe)(scene).frame
+        self.recipe(scene).frame
     }
 
     /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
@@ -220,17 +223,6 @@ impl Renderer {
         self.poison = poison;
     }
 
-    /// Keeps the submits of each render for [`Renderer::take_trace`], and puts only one batch in each, so
-    /// that the items of every dispatch are known.
-    pub fn keep_submits(&mut self, keep: bool) {
-        self.keep_submits = keep;
-    }
-
-    /// When the phases of the last render began and ended, and its submits if they were kept.
-    pub fn take_trace(&mut self) -> FrameTrace {
-        std::mem::take(&mut self.trace)
-    }
-
     /// Renders `scene`.
     pub fn render(
         &mut self,
@@ -254,57 +246,43 @@ impl Renderer {
         earlier: Option<Unfinished>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
+        self.prepare(scene, settings)?.render(earlier, observer)
+    }
+
+    /// Makes `scene` ready under `settings`, for one or several renders of it.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn prepare(&mut self, scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
+        let built = self.build(scene, settings, Purpose::Image)?;
+        self.prepare_built(scene, built)
+    }
+
+    /// Packs and plans `scene` for this device. The plan may refuse; [`Renderer::prepare_built`] then fails.
+    pub(crate) fn build(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        purpose: Purpose,
+    ) -> Result<Built, RenderError> {
         let start = Instant::now();
         let (settings, warnings) = self.trusted(settings);
-        let settings = &settings;
-        self.check_precision(settings)?;
-        let packed = self.pack(scene, settings, false);
-        let plan = Plan::new(&packed, settings, &self.device.limits())?;
-        let device = self.device.info();
-        let identity = || Identity::new(&device, &packed, scene, settings);
-        let (mut drawn, before) = match earlier {
-            None => (Drawn::new(settings), TimeInfo::default()),
-            Some(earlier) => earlier.into_drawn(&identity())?,
-        };
-        let built = start.elapsed();
-        let mut trace = FrameTrace::default();
-        trace.phases.push(Phase::since("build", start));
+        self.check_precision(&settings)?;
+        let limits = self.device.limits();
+        let planned =
+            PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
+        Ok(Built::new(planned, warnings, start))
+    }
 
-        let start = Instant::now();
-        let (pipelines, fresh) = self.pipelines(&plan, settings.precision)?;
-        let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
-        frame.poison = self.poison;
-        if fresh {
-            frame.warm_up()?;
-        }
-        frame.trace = self.keep_submits.then(Vec::new);
-        trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
-        let first_dispatch = start.elapsed() + std::mem::take(&mut self.opened);
+    /// Explains what [`Renderer::build`] planned, refused or not; `file` is the scene's path as given.
+    pub(crate) fn explain(&self, built: &Built, file: &str) -> Outline {
+        let PlannedScene { packed, settings, limits, .. } = &built.planned;
+        explain(file, &self.device.info(), packed, settings, limits, built.planned.plan().ok())
+    }
 
-        let start = Instant::now();
-        let (done, cut) = frame.render(&mut drawn, observer)?;
-        let render = start.elapsed();
-        trace.phases.push(Phase::since("render", start));
-        trace.submits = frame.trace.take().unwrap_or_default();
-        self.trace = trace;
-        let mut tally = drawn.tally.clone();
-        tally.add(&cut);
-        let mut report = tally.report(settings, &packed, &plan);
-        report.time = TimeInfo {
-            build: before.build + built.as_secs_f64(),
-            first_dispatch: before.first_dispatch + first_dispatch.as_secs_f64(),
-            device: report.passes.iter().map(|p| p.seconds).sum(),
-            render: before.render + render.as_secs_f64(),
-            ..before
-        };
-        let [x0, y0, x1, y1] = settings.region();
-        let (width, height) = (x1 - x0, y1 - y0);
-        let unfinished = (done < 1.0 && !drawn.finished.is_empty())
-            .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
-        report.device = device;
-        report.warnings = warnings;
-        report.warnings.extend(coincident_solids::warnings(scene));
-        Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
+    /// Compiles kernels and fills buffers for what [`Renderer::build`] planned.
+    pub(crate) fn prepare_built(&mut self, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
+        Prepared::new(self, scene, built)
     }
 
     pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {

@@ -223,8 +223,8 @@ pub struct Schedule {
     pub capacity: Option<u32>,
     /// How much work goes into the hierarchy.
     pub hierarchy: Hierarchy,
-    /// Kernels as for a long render: fused, and with a small scene's shapes as constants, so compiled for it alone.
-    pub constants: Option<bool>,
+    /// One kernel for the stages of a depth, as in long renders, where the plan has one.
+    pub fused: Option<bool>,
     /// Features that kernels have although the scene lacks them.
     pub general: General,
 }

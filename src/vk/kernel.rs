@@ -47,11 +47,10 @@ impl Pipelines {
         double: bool,
     ) -> Result<Pipelines, VkError> {
         let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), set, double };
-        let form = match (double, specialisation.few_known != 0, specialisation.lanes != 0) {
-            (true, ..) => Form::Double,
-            (false, true, _) => Form::Few,
-            (false, false, true) => Form::Packet,
-            (false, false, false) => Form::Single,
+        let form = match (double, specialisation.lanes != 0) {
+            (true, _) => Form::Double,
+            (false, true) => Form::Packet,
+            (false, false) => Form::Single,
         };
         let maker = Maker { raw: &device.raw, cache: device.cache, values: set.values(specialisation), form };
         // Drivers take long over a kernel, and each is on its own.
@@ -97,7 +96,6 @@ impl Pipelines {
 enum Form {
     Single,
     Double,
-    Few,
     Packet,
 }
 
@@ -156,7 +154,6 @@ impl Maker<'_> {
         let words = match self.form {
             Form::Single => code.single,
             Form::Double => code.double,
-            Form::Few => code.few,
             Form::Packet => code.packet,
         }
         .words();

@@ -246,7 +246,10 @@ pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Ve
     let slots = |pixel: u32| (0..settings.samples).map(move |k| (k * pixels + pixel) as usize);
     // The queue has blocks of pixels, not rows.
     let mut place = vec![0; push.items as usize];
-    memory.rays[..push.items as usize].iter().enumerate().for_each(|(i, ray)| place[ray.slot as usize] = i);
+    memory.rays[..push.items as usize]
+        .iter()
+        .enumerate()
+        .for_each(|(i, ray)| place[ray.sample_index as usize] = i);
     (0..pixels).flat_map(slots).map(|slot| original(&packed, memory.hits[place[slot]].primitive)).collect()
 }
 

@@ -2,9 +2,9 @@
 
 use crate::kernel::abi;
 use crate::lab::probe::{ProbeRay, Probed, probe_twins};
-use crate::plan::{self, Limits, Plan};
+use crate::plan::{Limits, PlannedScene};
+use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
-use crate::prepare::pack;
 use crate::reference::twin;
 use crate::render::{Quiet, RenderError, Renderer};
 use crate::report::{Counters, DepthInfo, RayInfo};
@@ -69,13 +69,10 @@ pub struct Twins {
 
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let packed = pack(
-            scene,
-            settings,
-            plan::brute_force_max(self.brute_force, settings, &Limits::LAVAPIPE, false),
-        );
-        let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
-        let (linear, counts) = twin::render(&packed, scene, settings, &plan)
+        let planned =
+            PlannedScene::for_twins(Recipe::of(scene), scene, settings, &Limits::LAVAPIPE, self.brute_force);
+        let packed = &planned.packed;
+        let (linear, counts) = twin::render(packed, scene, settings, planned.plan()?)
             .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
         let count = |i: u32| counts.counters[i as usize];
         let counters = Counters {

@@ -35,9 +35,9 @@ const fn plain(name: &'static str, precision: Precision) -> Variant {
 
 /// The variants of the page.
 pub(super) const PRECISIONS: [Variant; 3] = [
-    plain("`robust` again: the noise", Precision::Robust),
-    plain("`fast`: no exact edges, no confinement, huge spheres in f32", Precision::Fast),
-    plain("`f64` throughout", Precision::Double),
+    plain("`robust` again (noise)", Precision::Robust),
+    plain("`fast`: no exact edge tests, hits not confined to boxes, huge spheres in f32", Precision::Fast),
+    plain("`f64`", Precision::Double),
 ];
 
 /// Device time over that of the first variant just before, by variant, then round.
@@ -134,21 +134,25 @@ impl Cost {
             [variant.name.to_owned(), of(0), of(1), of(2)]
         });
         let rows: Vec<[String; 4]> = cells.collect();
-        let columns =
-            [("over `robust`", Left), ("room", Right), ("flake on a planet", Right), ("mesh", Right)];
+        let columns = [
+            ("device time / `robust`", Left),
+            ("room", Right),
+            ("flake on a planet", Right),
+            ("mesh", Right),
+        ];
         let caution = if kind == "cpu" {
-            "**This device is a CPU driver: the ratios are its own and say nothing of a GPU**, on most of which f64 costs \
-             many times f32.\n\n"
+            "**This device is a CPU driver: the ratios say nothing about a GPU**, on most of which f64 costs many times \
+             f32.\n\n"
         } else {
             ""
         };
         format!(
-            "{caution}Device time (timestamps around every pass) of a render over that of `robust` just before it; median \
-             and, in brackets, lower and upper\nquartile of {ROUNDS} rounds in which every variant runs once, after a \
-             warm-up. Below 1 the protection costs time. **Bold** where the middle\nhalf of the rounds stands out of \
-             the noise, which is the first row, the same work again, taken as wide above 1 as below; a figure\nthat is \
-             not bold is not told from it. The room is that of above without the sheet, the flake has 91 mirrors above a sphere of radius \
-             10^6 m, the\nmesh 5,120 triangles. Without a protection an image may be wrong; only its time is shown here.\n\n{}",
+            "{caution}Device time (timestamps around every pass) of a render divided by that of a `robust` render just before \
+             it: median and quartiles of\n{ROUNDS} rounds, each with every variant once, after a warm-up. **Bold** marks \
+             ratios whose interquartile range lies outside the noise,\nwhich is the first row (`robust` against itself), \
+             taken symmetrically about 1. The room is the one above without the sheet; the flake has\n91 mirrors above a \
+             sphere of radius 10^6 m; the mesh has 5,120 triangles. A faster variant may render a wrong image; only time is \
+             compared\nhere.\n\n{}",
             table(&columns, &rows)
         )
     }
