@@ -145,7 +145,7 @@ impl Frame {
         for buffer in [Buf::Film, Buf::Pixels, Buf::Marks, Buf::DepthCounts, Buf::Counters] {
             self.recorder.fill(&self.buffers, buffer, 0);
         }
-        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2));
+        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2))?;
         self.recorder.submit(&self.buffers)?;
         Ok(())
     }
@@ -237,7 +237,7 @@ impl Frame {
             {
                 let batch = self.batch_samples.min(samples.end - first);
                 let before = self.recorder.dispatches();
-                self.batch(part, first, batch, self.settings.depth);
+                self.batch(part, first, batch, self.settings.depth)?;
                 per_batch = self.recorder.dispatches() - before;
                 first += batch;
                 tally.batches += 1;
@@ -299,7 +299,13 @@ impl Frame {
     }
 
     /// Records the frame for `samples` samples of every pixel of `part`.
-    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) {
+    fn batch(
+        &mut self,
+        part: &Part,
+        first_sample: u32,
+        samples: u32,
+        depth: u32,
+    ) -> Result<(), VkError> {
         let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
         let items = part.pixels * samples;
         let push = Push {
@@ -327,7 +333,7 @@ impl Frame {
             count: items,
             reflections: 0,
         };
-        self.recorder.update(&self.buffers, Buf::Queue, bytemuck::bytes_of(&queue));
+        self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;
         for pass in PROLOGUE {
             self.dispatch(pass, 0, push, items);
         }
@@ -360,6 +366,7 @@ impl Frame {
         for pass in EPILOGUE {
             self.dispatch(pass, 0, push, part.pixels);
         }
+        Ok(())
     }
 
     fn dispatch(&mut self, pass: &'static Pass, depth: u32, push: Push, items: u32) {

@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod identity;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
@@ -11,7 +12,8 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
-pub use resume_state::{Begun, Mismatch, Unfinished};
+pub use identity::{Identity, Mismatch};
+pub use resume_state::{Kind, Payload, ResumeState, Tiles};
 pub use survey::Survey;
 pub use trial::{Run, Share};
 
@@ -26,7 +28,6 @@ use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines, VkError};
 use batches::Drawn;
 pub(crate) use batches::Frame;
-use resume_state::Identity;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -47,7 +48,7 @@ pub struct Rendered {
     /// wall and scene times, of which those of the earlier part are already there).
     pub report: Report,
     /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
-    pub unfinished: Option<Unfinished>,
+    pub unfinished: Option<ResumeState<Tiles>>,
 }
 
 /// Told of the progress between submits; may end the render.
@@ -233,7 +234,7 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        earlier: Option<Unfinished>,
+        earlier: Option<ResumeState<Tiles>>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let start = Instant::now();
@@ -243,7 +244,7 @@ impl Renderer {
         let packed = self.pack(scene, settings);
         let plan = Plan::new(&packed, settings, &self.device.limits())?;
         let device = self.device.info();
-        let identity = || Identity::new(&device, &packed, scene, settings);
+        let identity = || Identity::new(&device, &packed, scene, settings, String::new());
         let (mut drawn, before) = match earlier {
             None => (Drawn::new(settings), TimeInfo::default()),
             Some(earlier) => earlier.into_drawn(&identity())?,
@@ -283,7 +284,10 @@ impl Renderer {
         let [x0, y0, x1, y1] = settings.region();
         let (width, height) = (x1 - x0, y1 - y0);
         let unfinished = (done < 1.0 && !drawn.finished.is_empty())
-            .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
+            .then(|| {
+            let tiles = Tiles::of(&drawn, settings.region());
+            ResumeState::new(identity(), report.time.clone(), drawn.tally.clone(), tiles)
+        });
         report.device = device;
         report.warnings = warnings;
         report.warnings.extend(coincident_solids::warnings(scene));

@@ -1,11 +1,11 @@
 //! An image whose error is known, and what can be painted of it.
 
-use super::{Kept, Task};
+use super::{Bounded, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::Gathered;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::prepare::coincident_solids;
-use crate::render::{Observer, Survey};
+use crate::render::{Observer, ResumeState, Survey};
 use crate::report::{Report, TimeInfo};
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ pub struct Known {
     /// True if it was cancelled.
     pub cancelled: bool,
     /// What [`resume`](super::resume) needs to go on, if it was cancelled and can be gone on with.
-    pub unfinished: Option<Kept>,
+    pub unfinished: Option<ResumeState<Bounded>>,
 }
 
 /// What `--aov` paints, one number a pixel.
