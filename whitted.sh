@@ -7,7 +7,8 @@ usage() {
     cat <<'TEXT'
 usage: ./whitted.sh render   build, then render scenes/cornell.toml to cornell.png
        ./whitted.sh test     build, then run all tests
-       ./whitted.sh setup    only set up, so that plain `cargo build` and `cargo test` work
+       ./whitted.sh setup    only set up: `cargo build` then compiles the kernels of glsl/ with shaderc
+       ./whitted.sh kernels  compile the kernels, and renew glsl/kernels.pack
 
 On Debian and Ubuntu missing packages are installed by apt-get, with sudo if need be. Elsewhere the
 script says what is missing. Nothing is downloaded where nothing is missing.
@@ -74,18 +75,23 @@ shaderc_is_chosen() { [ -n "${SHADERC_LIB_DIR:-}${VULKAN_SDK:-}" ]; }
 # One package per missing thing, in words of Debian.
 missing_packages() {
     have cc || echo gcc libc6-dev
-    have c++ || echo g++ # shaderc needs its standard library
-    have ar || echo binutils
     [ -e /etc/ssl/certs/ca-certificates.crt ] || [ -n "${SSL_CERT_FILE:-}" ] || echo ca-certificates # for cargo
-    if ! shaderc_is_chosen && ! any "$merged" && ! have_sound_shaderc; then
-        [ -e "$libraries/libshaderc_combined.a" ] || echo libshaderc-dev
-        [ -e "$libraries/libglslang.a" ] || echo glslang-dev
-        [ -e "$libraries/libSPIRV-Tools.a" ] || echo spirv-tools
+    # Without shaderc the build takes the kernels of glsl/kernels.pack, so elsewhere it need not be there.
+    if have apt-get; then
+        have c++ || echo g++ # shaderc needs its standard library
+        if ! shaderc_is_chosen && ! any "$merged" && ! have_sound_shaderc; then
+            have ar || echo binutils
+            [ -e "$libraries/libshaderc_combined.a" ] || echo libshaderc-dev
+            [ -e "$libraries/libglslang.a" ] || echo glslang-dev
+            [ -e "$libraries/libSPIRV-Tools.a" ] || echo spirv-tools
+        fi
+        have spirv-opt || echo spirv-tools
     fi
     have_loader || echo libvulkan1
     if [ "$1" != render ]; then
         have_driver cpu || echo mesa-vulkan-drivers
         have_layer || echo vulkan-validationlayers
+        have chromium || echo chromium # opens the pages that the tests write
     else
         have_driver || echo mesa-vulkan-drivers
     fi
@@ -112,8 +118,9 @@ need_packages() {
         install_packages "$@"
     else
         fail "missing here; on Debian the packages are called: $*
-Install a C and C++ compiler, binutils, libshaderc (or the Vulkan SDK), a Vulkan loader, a Vulkan driver
-(Mesa's lavapipe will do) and, for the tests, lavapipe and the Khronos validation layer."
+Install a C and C++ compiler, a Vulkan loader, a Vulkan driver (Mesa's lavapipe will do) and, for the tests,
+lavapipe, the Khronos validation layer and Chromium; to change kernels also libshaderc (or the Vulkan SDK)
+and spirv-opt."
     fi
 }
 
@@ -134,18 +141,30 @@ merge_shaderc() {
     mv "$merged.new" "$merged"
 }
 
+# Adds to cargo's configuration: $1 a word of the setting, $2 its table, $3 the setting.
+configure() {
+    config=.cargo/config.toml
+    mkdir -p .cargo
+    if [ -e $config ]; then
+        if grep -qF "$1" $config; then return 0; fi
+        if grep -qF "$2" $config; then fail "add to $2 of $config: $3"; fi
+    fi
+    printf '%s\n' "$2" "$3" >>$config
+}
+
+# Lets cargo link shaderc where it can be linked. Elsewhere the build takes the kernels of glsl/kernels.pack.
 prepare_shaderc() {
-    if shaderc_is_chosen; then return 0; fi
-    if ! any "$merged"; then
-        if have_sound_shaderc; then return 0; fi
-        [ -e "$libraries/libshaderc_combined.a" ] || return 0 # the crate builds its own
+    if ! shaderc_is_chosen && ! any "$merged" && ! have_sound_shaderc; then
+        if ! [ -e "$libraries/libshaderc_combined.a" ]; then
+            say 'no libshaderc: the kernels are those of glsl/kernels.pack'
+            return 0
+        fi
         merge_shaderc
     fi
-    if ! [ -e .cargo/config.toml ]; then
-        printf '%s\n' '[env]' 'SHADERC_LIB_DIR = { value = ".cargo/shaderc", relative = true }' >.cargo/config.toml
-    elif ! grep -q SHADERC_LIB_DIR .cargo/config.toml; then
-        fail 'add to the [env] of .cargo/config.toml: SHADERC_LIB_DIR = { value = ".cargo/shaderc", relative = true }'
+    if any "$merged"; then
+        configure SHADERC_LIB_DIR '[env]' 'SHADERC_LIB_DIR = { value = ".cargo/shaderc", relative = true }'
     fi
+    configure whitted_shaderc "[target.'cfg(all())']" 'rustflags = ["--cfg", "whitted_shaderc"]'
 }
 
 setup() {
@@ -159,7 +178,7 @@ setup() {
 
 main() {
     case "${1:-}" in
-    render | test | setup) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
+    render | test | setup | kernels) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
     -h | --help | help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
     esac
@@ -173,6 +192,9 @@ main() {
         ;;
     test) cargo test --locked --no-fail-fast </dev/null ;;
     setup) say "ready: cargo build and cargo test work" ;;
+    kernels)
+        WHITTED_UPDATE_KERNELS=1 cargo test --locked --test packed_kernels </dev/null
+        say "glsl/kernels.pack holds the kernels of glsl" ;;
     esac
 }
 

@@ -44,15 +44,15 @@ fn a_missing_barrier_is_reported() {
     for (kernel, buffer, schedule) in [
         (Kernel::Generate, Buf::Rays, &split),
         (Kernel::Intersect, Buf::Hits, &split),
-        (Kernel::Shade, Buf::Totals, &split),
+        (Kernel::Shade, Buf::ChildCounts, &split),
         (Kernel::Scan, Buf::Counters, &split),
         (Kernel::Shadow, Buf::Contributions, &split),
-        (Kernel::Gather, Buf::Slots, &split),
-        (Kernel::Trace, Buf::Totals, &fused),
-        (Kernel::Place, Buf::Places, &fused),
+        (Kernel::Gather, Buf::SampleRadiance, &split),
+        (Kernel::Trace, Buf::ChildMasks, &fused),
+        (Kernel::Place, Buf::RayIndices, &fused),
     ] {
         let mut renderer = validated();
-        renderer.omit_barrier_after(Some(kernel));
+        renderer.omit_barrier_after(kernel);
         let settings = Settings { schedule: *schedule, ..small(&scene, 8, 1, 0) };
         render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();

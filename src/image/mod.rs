@@ -8,6 +8,7 @@ mod metadata;
 mod png;
 mod read;
 mod srgb;
+pub(crate) mod text;
 
 pub use metadata::Metadata;
 pub use png::png8;

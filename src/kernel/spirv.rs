@@ -53,7 +53,7 @@ pub struct Binding {
 }
 
 /// What a module says of itself.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Module {
     /// Storage buffers, by binding number.
     pub bindings: Vec<Binding>,

@@ -63,7 +63,7 @@ impl Plan {
         let (why, share, of_scene) = match bindings {
             Some((buffer, share)) if share < 1.0 => (
                 format!(
-                    "{} for `{}`, and this device binds {} of it at once",
+                    "{} for `{}`, but a buffer on this device can have at most {}",
                     units::bytes(of(buffer)),
                     name(buffer),
                     units::bytes(self.most(buffer, limits)),
@@ -73,7 +73,7 @@ impl Plan {
             ),
             _ => (
                 format!(
-                    "{}, and three quarters of this device's memory are {}",
+                    "{}, but three quarters of this device's memory are {}",
                     units::bytes(self.bytes()),
                     units::bytes(heap)
                 ),
@@ -84,8 +84,8 @@ impl Plan {
         // A thousandth less, as lengths are rounded up to whole elements.
         let fit = (count as f64 * share * 0.999).floor();
         PlanError(match of_scene && fit >= 1.0 {
-            true => format!("{count} primitives need {why}; about {fit:.0} primitives would fit"),
-            false => format!("one ray at a time of this scene needs {why}; a smaller --depth may fit"),
+            true => format!("{count} primitives need {why}; about {fit:.0} would fit"),
+            false => format!("even a single ray at a time needs {why}; reduce --depth"),
         })
     }
 }

@@ -1,24 +1,27 @@
 //! What this scene needs on this device, decided before anything is allocated: specialisation,
 //! queue capacity, tile and batch, bytes.
 
+pub mod dispatches;
 pub mod explain;
 mod fit;
 pub mod memory_traffic;
 pub mod passes;
+mod planned_scene;
 pub mod predicted_time;
 pub mod tiles;
 
 pub(crate) use fit::HEAP_EIGHTHS;
+pub use planned_scene::{PlannedScene, Purpose};
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::kernel::table::{KERNELS, Kernel};
-use crate::plan::passes::When;
 use crate::prepare::bvh::Forms;
 use crate::prepare::max_depth::Reach;
 use crate::prepare::{Packed, pack};
 use crate::scene::Scene;
 use crate::settings::forced_features::Feature;
 use crate::settings::{Origin, Precision, Settings};
+use dispatches::dispatches;
 
 /// The limits of a device that a plan depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +73,7 @@ impl Limits {
     }
 }
 
-/// What a device's properties switch for scenes of a usual size (ARCHITECTURE.md, "Why this shape on a GPU").
+/// What a device's properties switch for scenes of a usual size (docs/design/gpu.md).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Switched {
     /// Scene and queues are read as texels, not as storage buffers.
@@ -130,7 +133,7 @@ struct Choice {
     joined: bool,
 }
 
-/// Rays per batch that keep lavapipe's queues in its caches; measured (ARCHITECTURE.md, "Figures").
+/// Rays per batch that keep lavapipe's queues in its caches (docs/design/decisions/002-batch-size.md).
 const CPU_BATCH: u32 = 1 << 17;
 /// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
 /// under a quarter of a small card's memory.
@@ -145,10 +148,11 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
 /// Samples from which on the stages of a depth are one kernel on software devices: it starts later and saves a fifth
-/// of the time (ARCHITECTURE.md, "Figures").
+/// of the time (docs/design/decisions/025-fused-depth.md).
 const FUSED_SAMPLES: u64 = 1 << 21;
 
-/// Primitives that are all tested, at most; beyond them walking a hierarchy pays (ARCHITECTURE.md, "Figures").
+/// Primitives that are all tested, at most; beyond them walking a hierarchy pays
+/// (docs/design/decisions/010-brute-force-limit.md).
 pub const BRUTE_FORCE_MAX: usize = 32;
 /// The same where the lanes of a subgroup work together.
 const BRUTE_FORCE_MAX_JOINED: usize = 12;
@@ -179,14 +183,6 @@ impl Plan {
         Plan::build(packed, settings, limits, false)
     }
 
-    /// Plans surveys of listed pixels (`render::Survey`), up to the whole image at once.
-    ///
-    /// # Errors
-    /// As [`Plan::new`].
-    pub fn survey(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
-        Plan::build(packed, settings, limits, true)
-    }
-
     fn build(packed: &Packed, settings: &Settings, limits: &Limits, survey: bool) -> Result<Plan, PlanError> {
         let workgroup = workgroup(settings, limits);
         let [x0, y0, x1, y1] = settings.region();
@@ -206,7 +202,7 @@ impl Plan {
         let per_light = abi::LOOP_CAP / lights_per_pass;
         if by_brute_force && packed.primitive_count() as u32 > per_light {
             return Err(PlanError(format!(
-                "brute force over {} primitives passes the {per_light} loop iterations a kernel may run; use the hierarchy",
+                "brute force over {} primitives exceeds the limit of {per_light} loop iterations per kernel; use the hierarchy",
                 packed.primitive_count()
             )));
         }
@@ -234,7 +230,6 @@ impl Plan {
                 loose_triangles: u32::from(packed.loose[0]),
                 loose_spheres: u32::from(packed.loose[1]),
                 fused: 0,
-                defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
             tile_pixels: 0,
@@ -246,8 +241,7 @@ impl Plan {
             features: packed.features(),
         };
         let few = by_brute_force && packed.primitive_count() <= abi::UNROLL_MAX as usize;
-        let joined =
-            limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
+        let joined = limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
         let fused = joined && plan.may_fuse(settings, limits, survey);
         // What is wanted, then what else there is where texel views do not reach.
         let choices = [Choice { fused, joined }, Choice { fused: false, joined }, Choice::default()];
@@ -292,7 +286,7 @@ impl Plan {
 
     /// Whether one kernel may do the stages of a depth that work on a ray alone: what goes through queues between
     /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
-    /// compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this shape on a GPU").
+    /// compiled on one core. A GPU keeps split kernels (docs/design/gpu.md).
     fn may_fuse(&self, settings: &Settings, limits: &Limits, survey: bool) -> bool {
         let many = samples(settings, survey) >= FUSED_SAMPLES;
         limits.is_cpu
@@ -368,8 +362,8 @@ impl Plan {
                     Buf::Rays | Buf::NextRays => places,
                     Buf::Hits | Buf::Surfaces if fused => 1,
                     Buf::Hits | Buf::Surfaces => capacity,
-                    Buf::Places if fused && deep => capacity,
-                    Buf::Places => 1,
+                    Buf::RayIndices if fused && deep => capacity,
+                    Buf::RayIndices => 1,
                     Buf::Contributions
                         if packed.branching && deep || packed.lights.len() as u32 > self.lights_per_pass =>
                     {
@@ -377,9 +371,11 @@ impl Plan {
                     }
                     Buf::Contributions => 1,
                     Buf::Media | Buf::NextMedia => places * media,
-                    Buf::Totals if fused => groups * masks,
-                    Buf::Totals | Buf::Offsets => groups,
-                    Buf::Slots => batch,
+                    Buf::ChildMasks if fused => groups * masks,
+                    Buf::ChildCounts if fused => 1,
+                    Buf::ChildMasks => 1,
+                    Buf::ChildCounts | Buf::Offsets => groups,
+                    Buf::SampleRadiance => batch,
                     Buf::Film => tile * u64::from(self.specialisation.replicates),
                     Buf::Paths if self.specialisation.survey != 0 => batch,
                     Buf::Pixels | Buf::Marks if self.specialisation.survey != 0 => tile,
@@ -409,15 +405,10 @@ impl Plan {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
     }
 
-    /// The kernels that a frame runs.
+    /// The kernels that a batch runs, in the order of the pass table.
     pub fn kernels(&self) -> Vec<Kernel> {
-        let runs = |p: &&passes::Pass| match p.when {
-            When::Always | When::PerLights => true,
-            When::NotLast => self.last_depth > 1,
-            When::Branching => self.specialisation.branching != 0 && self.last_depth > 1,
-        };
-        let fused = self.specialisation.fused != 0;
-        passes::all().filter(|p| p.is_of(fused)).filter(runs).map(|p| p.kernel).collect()
+        let runs: Vec<Kernel> = dispatches(self, self.last_depth).map(|s| s.pass.kernel).collect();
+        passes::all().map(|p| p.kernel).filter(|k| runs.contains(k)).collect()
     }
 
     /// Device bytes in all.

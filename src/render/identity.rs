@@ -2,9 +2,9 @@
 
 use super::upload::{Upload, uploads};
 use crate::kernel::abi::Buf;
+use crate::kernel::abi::double::Camera;
 use crate::prepare::Packed;
 use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo};
-use crate::scene::Scene;
 use crate::settings::Settings;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -30,11 +30,11 @@ impl Identity {
     pub(super) fn new(
         device: &DeviceInfo,
         packed: &Packed,
-        scene: &Scene,
+        camera: Camera,
         settings: &Settings,
         request: String,
     ) -> Identity {
-        let camera = [packed.camera(scene, settings)];
+        let camera = [camera];
         let mut hash = Sha256::new();
         // Nodes decide no bit, and which form of them there is follows from the schedule.
         let is_node = |u: &Upload| matches!(u.buffer, Buf::Nodes | Buf::CompressedNodes);
@@ -61,21 +61,19 @@ impl Identity {
         let device = |d: &DeviceInfo| format!("{}, {}, Vulkan {}", d.name, d.driver, d.api);
         let request = |r: &str| if r.is_empty() { "no --error or --budget".into() } else { r.to_owned() };
         let differ = |what: &str, then: String, now: String| {
-            (then != now).then(|| Mismatch(format!("it was begun with {what}{then}, this one has {now}")))
+            (then != now).then(|| Mismatch(format!("it belongs to {what} {then}, this one has {now}")))
         };
         let faults = [
-            differ("the program ", version(&self.program), version(&now.program)),
-            differ("", request(&self.request), request(&now.request)),
-            differ("the settings ", options(&self.settings), options(&now.settings)),
-            differ("the device ", device(&self.device), device(&now.device)),
+            differ("program", version(&self.program), version(&now.program)),
+            differ("a render with", request(&self.request), request(&now.request)),
+            differ("settings", options(&self.settings), options(&now.settings)),
+            differ("device", device(&self.device), device(&now.device)),
         ];
         if let Some(fault) = faults.into_iter().flatten().next() {
             return Err(fault);
         }
         if self != now {
-            return Err(Mismatch(
-                "the scene, or a file that it names, has changed since it was begun".into(),
-            ));
+            return Err(Mismatch("the scene, or a file it refers to, has changed since".into()));
         }
         Ok(())
     }

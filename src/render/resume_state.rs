@@ -1,4 +1,4 @@
-//! Resume state: what an interrupted render leaves to the one that goes on with it. Every kind of render has
+//! Resume state: what an interrupted render leaves to the one that continues it. Every kind of render has
 //! the same file format:
 //!
 //! ```text
@@ -35,8 +35,8 @@ pub enum Kind {
 impl fmt::Display for Kind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
-            Kind::Tiles => "without --error or --budget",
-            Kind::Bounded => "with --error or --budget",
+            Kind::Tiles => "a render without --error and --budget",
+            Kind::Bounded => "a render with --error or --budget",
         })
     }
 }
@@ -94,11 +94,11 @@ impl<P: Payload> ResumeState<P> {
         let mut bytes = Vec::new();
         from.read_to_end(&mut bytes)?;
         if !bytes.starts_with(MAGIC) {
-            return Err(invalid("it is no resume state of this version"));
+            return Err(invalid("it is no resume state, or one of another version"));
         }
         let (content, sum) = bytes.split_last_chunk::<CHECKSUM>().unwrap_or((&[], &[0; CHECKSUM]));
         if Sha256::digest(content)[..] != sum[..] {
-            return Err(invalid("it is damaged: its checksum is wrong"));
+            return Err(invalid("the file is damaged: wrong checksum"));
         }
         let rest = content.get(MAGIC.len()..).unwrap_or_default();
         let mut parts = rest.splitn(2, |b| *b == b'\n');
@@ -106,12 +106,12 @@ impl<P: Payload> ResumeState<P> {
         let other = |e| invalid(&format!("another version of this program wrote it: {e}"));
         let Header { kind } = serde_json::from_slice(header).map_err(other)?;
         if kind != P::KIND {
-            return Err(invalid(&format!("it was begun {kind}")));
+            return Err(invalid(&format!("it belongs to {kind}")));
         }
         let mut state: ResumeState<P> = serde_json::from_slice(header).map_err(other)?;
         match state.payload.take(numbers, &state.identity.settings) {
             Some(()) => Ok(state),
-            None => Err(invalid("its numbers do not fit its header")),
+            None => Err(invalid("the file is damaged: its numbers do not fit its header")),
         }
     }
 }

@@ -17,7 +17,7 @@ impl Task<'_> {
     pub(super) fn fixed(mut self, earlier: Option<ResumeState<Bounded>>) -> Result<Known, RenderError> {
         let settings = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
-        let identity = survey.identity(self.renderer, self.scene, &settings, options(&self.request));
+        let identity = survey.identity(&settings, options(&self.request));
         let (images, before) = match earlier {
             None => (Vec::new(), TimeInfo::default()),
             Some(state) => {
@@ -36,14 +36,14 @@ impl Task<'_> {
         self.observer.span(0.0, if compared { 0.5 } else { 1.0 });
         self.all(&mut survey, &settings, &mut image)?;
         let mut render = start.elapsed();
-        let mut prepared = survey.prepared;
+        let mut prepared = survey.prepared();
         let mut rounding = None;
         if survey.precision() == Precision::Double {
             rounding = Some(Rounding::none(image.samples.len()));
         } else if compared && image.done() == 1.0 && !self.observer.cancelled() {
             let double = Settings { precision: Precision::Double, ..settings.clone() };
             let mut exact = Survey::new(self.renderer, self.scene, &double)?;
-            prepared += exact.prepared;
+            prepared += exact.prepared();
             let start = Instant::now();
             self.observer.span(0.5, 1.0);
             self.all(&mut exact, &double, &mut truth)?;

@@ -39,7 +39,7 @@ impl Task<'_> {
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let asked = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
-        let identity = survey.identity(self.renderer, self.scene, &asked, options(&self.request));
+        let identity = survey.identity(&asked, options(&self.request));
         let start = Instant::now();
         let (mut chosen, before) = match earlier {
             Some(state) => {
@@ -71,7 +71,7 @@ impl Task<'_> {
             survey.resume_state(identity, Bounded::new(Stage::Error(Box::new(chosen)), images))
         });
         let confidence = self.request.confidence;
-        let prepared = survey.prepared;
+        let prepared = survey.prepared();
         let render = start.elapsed();
         let image = Image { samples, rounding, prepared, render, before, coarse: true };
         let mut known = self.known(image, &survey);
@@ -84,15 +84,15 @@ impl Task<'_> {
         known.report.asked.met = Some(met);
         known.report.asked.unmet_why = (!met).then(|| {
             if known.cancelled {
-                "it was interrupted".to_owned()
+                "the render was interrupted".to_owned()
             } else if let Some(why) = why {
                 why
             } else if capped {
                 format!("some pixels need more than {MOST_SAMPLES} samples")
             } else if no_rounding {
-                "the rounding part is not known: this device has no f64 to compare with".to_owned()
+                "the rounding error is unknown: this device has no f64 to compare with".to_owned()
             } else {
-                format!("what it takes at {:.0} % confidence was not reached", 100.0 * confidence)
+                format!("the bound at {:.0} % confidence is larger", 100.0 * confidence)
             }
         });
         Ok(known)
@@ -213,13 +213,16 @@ impl Task<'_> {
         let rounding = rounded.map_or(0.0, |r| r.part_at(f64::from(MOST_SAMPLES)));
         if cut.hidden >= target {
             let why = match &self.limit.unbounded {
-                Some(why) => format!("light of rays that are not traced has no bound: {why}"),
-                None => format!("at depth {} they may hide {:.2e}", cut.depth, cut.hidden),
+                Some(why) => format!("their light has no bound: {why}"),
+                None => {
+                    let hidden = crate::units::figure(cut.hidden);
+                    format!("at depth {} they can contribute up to {hidden} (RMSE)", cut.depth)
+                }
             };
-            return Some(format!("rays that are not traced may hide more than was asked for: {why}"));
+            return Some(format!("rays that are not traced can contribute more than this error: {why}"));
         }
         (rounding >= target)
-            .then(|| format!("rounding alone comes to {rounding:.2e}; try --precision f64 or a larger error"))
+            .then(|| format!("rounding alone causes {}; try --precision f64", crate::units::figure(rounding)))
     }
 }
 

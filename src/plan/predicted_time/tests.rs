@@ -43,7 +43,7 @@ fn predicted(from: &Report, plan: &Plan, samples: u64, batches: u64) -> Predicti
     model.predict(&Work { plan, pixels: 1000, samples, batches }).expect("a prediction")
 }
 
-/// `scenes/cornell_glass.toml`, 300x200 pixels, 5 samples, depth 3: medians of 9 runs on lavapipe, 2 cores.
+/// `tests/scenes/cornell_glass.toml`, 300x200 pixels, 5 samples, depth 3: medians of 9 runs on lavapipe, 2 cores.
 const GLASS: &[Row] = &[
     ("generate", 0, 10_000.0),
     ("intersect", 1, 36_100.0),
