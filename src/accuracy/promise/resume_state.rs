@@ -53,10 +53,12 @@ impl Bounded {
 
     /// What `--error` chose, with its samples.
     pub(super) fn into_chosen(mut self) -> Result<Chosen, Mismatch> {
-        match (self.stage, self.images.pop()) {
-            (Stage::Error(mut chosen), Some(image)) if chosen.allocation.put_gathered(image) => Ok(*chosen),
-            _ => Err(Mismatch("it holds no samples of --error".into())),
+        if let (Stage::Error(mut chosen), Some(image)) = (self.stage, self.images.pop())
+            && chosen.allocation.put_gathered(image)
+        {
+            return Ok(*chosen);
         }
+        Err(Mismatch("it holds no samples of --error".into()))
     }
 }
 
