@@ -34,7 +34,7 @@ pub fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> u64 {
     (unequal + a.len().abs_diff(b.len())) as u64
 }
 
-/// Sets `report` beside `outline`, and measures the price of each feature that the kernels of `prepared` do not
+/// Compares `report` with `outline`, and measures the price of each feature that the kernels of `prepared` do not
 /// have. `say` gets the name of each part before it is measured; `stop` ends the work.
 ///
 /// # Errors

@@ -1,5 +1,5 @@
 //! Error against a fixed epsilon: the room with secondary rays moved along themselves by 1e-9 to 1 m,
-//! beside the spawn offset derived from the rounding of the hit point.
+//! compared with the ray offset derived from the rounding of the hit point.
 
 use super::{PageError, Stop, running};
 use crate::compare::metrics::{Metrics, Rgb, compare};

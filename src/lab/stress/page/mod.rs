@@ -25,7 +25,7 @@ pub struct Outcome {
     pub figure: Figure,
 }
 
-/// The page and the pictures that lie beside it.
+/// The page and its picture files.
 #[derive(Debug, Clone)]
 pub struct Page {
     /// Markdown.

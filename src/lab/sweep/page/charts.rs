@@ -7,7 +7,7 @@ use crate::lab::sweep::row::Row;
 
 /// Axes by which points may be coloured, in order of preference.
 const COLORED: [&str; 6] = ["sampler", "precision", "fresnel", "spheres", "depth", "origin"];
-/// More colours cannot be told apart.
+/// More colours are hard to distinguish.
 const MOST_COLORS: usize = 6;
 
 /// A plot of the page.
@@ -140,7 +140,7 @@ fn samples(record: &Record) -> Option<Chart> {
 }
 
 /// Rows that differ in `axis` (and `open`, unless empty) only: at the most samples per pixel, with every other
-/// axis at its preferred value, or its last if the sweep lacks that.
+/// axis at its preferred value, or its last if that was not swept.
 fn along<'a>(record: &'a Record, axis: &str, open: &str) -> Vec<(&'a Row, f64)> {
     let most = record.rows.iter().map(|r| r.point.samples).max();
     let wanted = |name: &str, preferred: &str| {

@@ -1,4 +1,4 @@
-//! The page of a sweep: one file with plots, tables and pictures, and the plots beside it.
+//! The page of a sweep: one file with plots, tables and pictures, and the plots as separate files.
 
 mod charts;
 mod html;
