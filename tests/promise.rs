@@ -5,8 +5,8 @@
 
 use std::path::Path;
 use std::time::{Duration, Instant};
-use whitted::accuracy::promise::{self, Kept, Known, Request, Target};
-use whitted::render::{Observer, Quiet, Renderer, Survey};
+use whitted::accuracy::promise::{self, Bounded, Known, Request, Target};
+use whitted::render::{Observer, Quiet, Renderer, ResumeState, Survey};
 use whitted::scene::{self, Scene};
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
@@ -44,10 +44,10 @@ fn request(target: Target) -> Request {
 }
 
 /// Through a file's bytes, as `--resume` goes.
-fn stored(kept: &Kept) -> Kept {
+fn stored(kept: &ResumeState<Bounded>) -> ResumeState<Bounded> {
     let mut bytes = Vec::new();
     kept.write(&mut bytes).unwrap();
-    Kept::read(&mut bytes.as_slice()).unwrap()
+    ResumeState::read(&mut bytes.as_slice()).unwrap()
 }
 
 fn whole_and_pieces(name: &str, request: &Request, samples: u32, stops: &[(u32, u32, f64)]) -> [Known; 2] {
@@ -65,7 +65,7 @@ fn whole_and_pieces(name: &str, request: &Request, samples: u32, stops: &[(u32, 
         let part = promise::resume(&mut renderer, &scene, &own(tile), request, earlier, &mut stop).unwrap();
         assert!(part.cancelled && part.done > 0.0, "{tile} {submits}");
         let kept = part.unfinished.as_ref().unwrap();
-        assert_eq!(&stored(kept).begun, &kept.begun);
+        assert_eq!(&stored(kept), kept);
         // Pixels without samples are filled in, or there are none.
         assert_eq!(part.linear().len(), 480);
         earlier = Some(stored(kept));

@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod identity;
 mod prepared;
 mod resume_state;
 pub mod samples;
@@ -12,9 +13,10 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
+pub use identity::{Identity, Mismatch};
 pub(crate) use prepared::Built;
 pub use prepared::Prepared;
-pub use resume_state::{Begun, Mismatch, Unfinished};
+pub use resume_state::{Kind, Payload, ResumeState, Tiles};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 
@@ -51,7 +53,7 @@ pub struct Rendered {
     /// wall and scene times, of which those of the earlier part are already there).
     pub report: Report,
     /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
-    pub unfinished: Option<Unfinished>,
+    pub unfinished: Option<ResumeState<Tiles>>,
 }
 
 /// Told of the progress between submits; may end the render.
@@ -243,7 +245,7 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        earlier: Option<Unfinished>,
+        earlier: Option<ResumeState<Tiles>>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         self.prepare(scene, settings)?.render(earlier, observer)

@@ -2,8 +2,8 @@
 //! [`Renderer::prepare`]; rendering, resuming and trials start from it and may do so several times.
 
 use super::batches::{Drawn, Frame};
-use super::resume_state::Identity;
-use super::{Observer, RenderError, Rendered, Renderer, Unfinished};
+use super::identity::Identity;
+use super::{Observer, RenderError, Rendered, Renderer, ResumeState, Tiles};
 use crate::kernel::abi::double::Camera;
 use crate::plan::explain::explain;
 use crate::plan::{Plan, PlannedScene};
@@ -129,7 +129,7 @@ impl Prepared {
 
     /// Everything that the bits of the image depend on.
     pub(super) fn identity(&self) -> Identity {
-        Identity::new(&self.device, self.packed(), self.camera, self.settings())
+        Identity::new(&self.device, self.packed(), self.camera, self.settings(), String::new())
     }
 
     /// Renders the image, or what `earlier` left of it: the same bits as if that had not been interrupted. Rays and
@@ -139,7 +139,7 @@ impl Prepared {
     /// If the device fails, if one sample needs more room than the plan has, or if `earlier` is of another render.
     pub fn render(
         &mut self,
-        earlier: Option<Unfinished>,
+        earlier: Option<ResumeState<Tiles>>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let (mut drawn, before) = match earlier {
@@ -165,8 +165,10 @@ impl Prepared {
             ..before
         };
         let [x0, y0, x1, y1] = self.settings().region();
-        let unfinished = (done < 1.0 && !drawn.finished.is_empty())
-            .then(|| Unfinished::new(self.identity(), report.time.clone(), &drawn));
+        let unfinished = (done < 1.0 && !drawn.finished.is_empty()).then(|| {
+            let tiles = Tiles::of(&drawn, self.settings().region());
+            ResumeState::new(self.identity(), report.time.clone(), drawn.tally.clone(), tiles)
+        });
         report.device = self.device.clone();
         report.warnings = self.warnings.clone();
         Ok(Rendered { width: x1 - x0, height: y1 - y0, linear: drawn.linear, done, report, unfinished })

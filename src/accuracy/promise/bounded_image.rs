@@ -1,10 +1,10 @@
 //! An image with an error bound, and its layers.
 
-use super::{Kept, Task};
+use super::{Bounded, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::Gathered;
 use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::render::{Observer, Survey};
+use crate::render::{Observer, ResumeState, Survey};
 use crate::report::{Report, TimeInfo};
 use std::time::Duration;
 
@@ -30,7 +30,7 @@ pub struct Known {
     /// True if it was cancelled.
     pub cancelled: bool,
     /// The state for [`resume`](super::resume), if it was cancelled and can be resumed.
-    pub unfinished: Option<Kept>,
+    pub unfinished: Option<ResumeState<Bounded>>,
 }
 
 /// A layer of `--aov`: one number per pixel.

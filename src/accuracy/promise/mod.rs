@@ -18,12 +18,11 @@ mod until_error;
 mod until_time;
 
 pub use bounded_image::{Known, Layer};
-pub use resume_state::Kept;
-pub(crate) use resume_state::is_kept;
+pub use resume_state::Bounded;
 pub use until_time::LATE;
 
 use super::radiance_bound::{RadianceLimit, radiance_limit};
-use crate::render::{Observer, RenderError, Renderer};
+use crate::render::{Mismatch, Observer, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use monotone_progress::Forward;
@@ -102,18 +101,18 @@ pub fn resume(
     scene: &Scene,
     settings: &Settings,
     request: &Request,
-    earlier: Option<Kept>,
+    earlier: Option<ResumeState<Bounded>>,
     observer: &mut dyn Observer,
 ) -> Result<Known, RenderError> {
-    if let Some(earlier) = &earlier {
-        earlier.check(request)?;
-    }
     let limit = radiance_limit(scene);
     let observer = Forward::new(observer);
     let task = Task { renderer, scene, settings: settings.clone(), request: *request, limit, observer };
     match request.target {
         Target::Settings => task.fixed(earlier),
         Target::Error(target) => task.until_error(target, earlier),
+        Target::Time { .. } if earlier.is_some() => {
+            Err(Mismatch("a render with --time goes on from no other".into()).into())
+        }
         Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
     }
 }

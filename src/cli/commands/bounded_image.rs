@@ -1,7 +1,7 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use super::load;
-use crate::accuracy::promise::{self, Kept, Known, Layer, Request, Target};
+use crate::accuracy::promise::{self, Known, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
@@ -81,7 +81,7 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), Failure> {
     let earlier = match &state {
-        Some(state) => state.earlier(args.resume, Kept::read, console)?,
+        Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
     let (scene, scene_seconds) = load(&args.scene)?;
@@ -123,11 +123,7 @@ pub(super) fn run(
     delivery::validated(&renderer.validation_messages(), console)?;
     if cancelled {
         let then = match (&state, unfinished) {
-            (Some(state), Some(mut unfinished)) => {
-                unfinished.begun.time = report.time.clone();
-                state.save(|out| unfinished.write(out))?;
-                format!("; continue with --resume (state in {})", state.path().display())
-            }
+            (Some(file), Some(unfinished)) => format!("; {}", file.save(unfinished, &report)?),
             _ => String::new(),
         };
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
