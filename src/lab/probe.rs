@@ -1,5 +1,5 @@
-//! Traces given rays through the kernels of one depth and returns hits, surfaces and spawned rays. For tests of kernels
-//! without pictures.
+//! Traces given rays through the kernels of one depth and returns hits, surfaces and spawned rays.
+//! For tests of kernels without pictures.
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Queue, Specialisation};
 use crate::kernel::table::Kernel;
@@ -17,7 +17,8 @@ use glam::DVec3;
 /// Most rays traced at once.
 const BATCH: usize = 1 << 14;
 
-/// A ray in the local frame ([`crate::prepare::local_frame::LocalFrame`]); rounded to the kernels' precision.
+/// A ray in the local frame ([`crate::prepare::local_frame::LocalFrame`]); rounded to the kernels'
+/// precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeRay {
     /// Local coordinates.
@@ -26,7 +27,8 @@ pub struct ProbeRay {
     pub direction: DVec3,
     /// Index in scene order of the primitive it starts on.
     pub skip: Option<u32>,
-    /// Solids around it, outermost first (from 1: meshes, then spheres); `None` for those around the camera.
+    /// Solids around it, outermost first (from 1: meshes, then spheres); `None` for those around
+    /// the camera.
     pub media: Option<[u32; 2]>,
 }
 

@@ -55,14 +55,14 @@ pub struct Picture {
     pub settings: Settings,
 }
 
-/// The pictures of `subjects`: a row of sample counts for the first, and a row of depths for each, since mirrors and
-/// glass need different depths. `scale` multiplies all sizes.
+/// The pictures of `subjects`: a row of sample counts for the first, and a row of depths for each,
+/// since mirrors and glass need different depths. `scale` multiplies all sizes.
 pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     let settings = |subject: &Subject| {
         let own = Settings::of(&subject.scene);
         let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
-        // Independent samples, so that the row shows the effect of their number alone, and pictures stay comparable
-        // with earlier ones.
+        // Independent samples, so that the row shows the effect of their number alone, and pictures
+        // stay comparable with earlier ones.
         let sampler = Sampler::Random;
         Settings { width: side(own.width), height: side(own.height), sampler, seed, ..own }
     };

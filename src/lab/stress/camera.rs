@@ -30,7 +30,8 @@ const HEIGHT: u32 = 8;
 /// Width of a stripe, pixels.
 const STRIPE: u32 = 8;
 
-/// Position of edge `i` in pixels: a twentieth of a pixel from a pixel's centre, on alternating sides.
+/// Position of edge `i` in pixels: a twentieth of a pixel from a pixel's centre, on alternating
+/// sides.
 fn edge(i: u32) -> f64 {
     f64::from(STRIPE * i) + 0.5 + if i.is_multiple_of(2) { 0.05 } else { -0.05 }
 }

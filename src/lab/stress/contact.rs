@@ -136,7 +136,8 @@ fn planet_shadow(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 
 fn touching(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut counts = Vec::new();
-    // A quad as floor, so that a sphere touches it in a point; small compared with an epsilon of 0.1.
+    // A quad as floor, so that a sphere touches it in a point; small compared with an epsilon of
+    // 0.1.
     let size = 0.04;
     let mut scene = empty(vec![matte([1.0; 3], 0.0)]);
     let l = 2.0 * size;

@@ -41,8 +41,8 @@ fn decals(seed: u32, count: usize) -> Mesh {
     };
     let mut spots: Vec<[DVec3; 3]> = (0..count).map(|_| spot(&mut random)).collect();
     shuffle(&mut spots, &mut Random::new(seed));
-    // All first copies, then all second copies in another order, so that a hierarchy may store a second copy
-    // before its first.
+    // All first copies, then all second copies in another order, so that a hierarchy may store a
+    // second copy before its first.
     let first: Vec<u32> = (0..count as u32).collect();
     let mut second = first.clone();
     shuffle(&mut second, &mut Random::new(seed + 100));
@@ -98,7 +98,8 @@ fn split(m: &Mesh) -> Vec<Mesh> {
 
 fn order(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut scene = room();
-    // Off the axis, where the room's edges would pass through pixel centres and either wall would be right.
+    // Off the axis, where the room's edges would pass through pixel centres and either wall would
+    // be right.
     scene.camera.look_from = DVec3::new(0.13, 0.07, 14.0);
     let decals = decals(30, 120);
     // Pairs as objects of their own: the first green, the second red.

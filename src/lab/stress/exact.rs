@@ -23,7 +23,8 @@ pub fn local_triangles(h: &Harness<'_>, scene: &Scene) -> Vec<Corners> {
     all
 }
 
-/// Result of exact arithmetic for a ray and a triangle, where the rounding of the kernel cannot change it.
+/// Result of exact arithmetic for a ray and a triangle, where the rounding of the kernel cannot
+/// change it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Verdict {
     /// Inside by more than the error of the kernel, at this t.
@@ -36,9 +37,9 @@ pub enum Verdict {
 
 /// Woop's test at unit roundoff `u`. A sheared coordinate `a - s az` of a corner carries u |a| from
 /// the subtraction of the origin, 5u + u from a 2.5-ulp quotient and its product, 2u from the last
-/// subtraction: 9u A with A the largest component of corner - origin, so an edge moves by at most
-/// 2 * 9 sqrt 2 u A < 26 u A; the edge function `c x b` adds 2u |b| |c| over the edge's length, tripled since
-/// lengths across the ray are up to sqrt 3 shorter than sheared ones.
+/// subtraction: 9u A with A the largest component of corner - origin, so an edge moves by at most 2
+/// * 9 sqrt 2 u A < 26 u A; the edge function `c x b` adds 2u |b| |c| over the edge's length,
+/// tripled since lengths across the ray are up to sqrt 3 shorter than sheared ones.
 pub fn verdict(tri: &Corners, o: DVec3, d: DVec3, u: f64) -> Verdict {
     let [a, b, c] = *tri;
     let n = (b - a).cross(c - a);
@@ -70,8 +71,8 @@ pub fn verdict(tri: &Corners, o: DVec3, d: DVec3, u: f64) -> Verdict {
     }
 }
 
-/// t of a hit with edges and corners inclusive; exact where no operation rounds, as for small dyadic
-/// coordinates.
+/// t of a hit with edges and corners inclusive; exact where no operation rounds, as for small
+/// dyadic coordinates.
 pub fn inclusive(tri: &Corners, o: DVec3, d: DVec3) -> Option<f64> {
     let [a, b, c] = tri.map(|p| p - o);
     let (u, v, w) = (d.dot(c.cross(b)), d.dot(a.cross(c)), d.dot(b.cross(a)));

@@ -127,8 +127,8 @@ fn jumble_rays(h: &Harness<'_>, scene: &Scene, count: usize, r: &mut Random) -> 
         .collect()
 }
 
-/// Slivers along x close behind a wall. For rays that cross both at a slant, the t of the sliver may lie before the
-/// wall unless it is clamped to the sliver's box.
+/// Slivers along x close behind a wall. For rays that cross both at a slant, the t of the sliver
+/// may lie before the wall unless it is clamped to the sliver's box.
 fn curtain(h: &Harness<'_>) -> (Scene, Vec<ProbeRay>) {
     let mut r = Random::new(70);
     let mut scene = empty(vec![matte([1.0; 3], 1.0)]);
@@ -302,8 +302,8 @@ fn unusable_rays(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, rays.len() + odd.len(), "rays wrong"))
 }
 
-/// Least positive root of |o + t d|^2 = r^2; `None` if there is none or the ray is too close to the silhouette to
-/// decide.
+/// Least positive root of |o + t d|^2 = r^2; `None` if there is none or the ray is too close to the
+/// silhouette to decide.
 fn sphere_ahead(o: DVec3, d: DVec3, r: f64) -> Result<Option<f64>, ()> {
     let a = d.length_squared();
     let along = -o.dot(d) / a;

@@ -154,7 +154,8 @@ fn dark_room(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(bright, 2 * 64 * 64, "pixels not black"))
 }
 
-/// Room, lights and camera rotated by (0.6, 0.8) and (0.28, 0.96), so that no wall is parallel to an axis.
+/// Room, lights and camera rotated by (0.6, 0.8) and (0.28, 0.96), so that no wall is parallel to
+/// an axis.
 fn turned_room(scene: &Scene) -> Scene {
     let mut s = scene.clone();
     let turn = |v: DVec3| {

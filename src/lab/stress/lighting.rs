@@ -255,7 +255,8 @@ fn furnace(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         for depth in 2..10 {
             let seen = middle(h, &scene, depth as u32)?;
             let expected = 1.0 - (1.0 - at) * at.powi(depth - 2);
-            // Of (1 - R) R^m the change with R is at most m + 1 times its own; the sum and the weights add 4u each.
+            // Of (1 - R) R^m the change with R is at most m + 1 times its own; the sum and the
+            // weights add 4u each.
             let n = f64::from(depth);
             let bound = (16.0 * COLOUR_U + moved) * n + 8.0 * COLOUR_U * n;
             figure = worst(

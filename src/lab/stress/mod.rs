@@ -1,6 +1,6 @@
-//! Stress cases: extreme scenes and batches of rays run on a device, each with a derived error bound. `whitted stress`
-//! prints the results; `tests/stress.rs` runs the same cases on the CPU twins, and plants mistakes to check that each
-//! case can fail.
+//! Stress cases: extreme scenes and batches of rays run on a device, each with a derived error
+//! bound. `whitted stress` prints the results; `tests/stress.rs` runs the same cases on the CPU
+//! twins, and plants mistakes to check that each case can fail.
 
 mod camera;
 mod case;

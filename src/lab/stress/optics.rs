@@ -45,8 +45,8 @@ impl Crossing {
     }
 }
 
-/// Traces rays against solids of one index in air and records each crossing. A ray's list of media determines its
-/// side: a ray inside a solid leaves it.
+/// Traces rays against solids of one index in air and records each crossing. A ray's list of media
+/// determines its side: a ray inside a solid leaves it.
 pub fn crossings(
     h: &mut Harness<'_>,
     scene: &Scene,
@@ -93,8 +93,8 @@ pub fn fresnel(law: Fresnel, n1: f64, n2: f64, c: f64) -> f64 {
     fresnel_at(law, n1, n2, c, k.sqrt())
 }
 
-/// The same with the cosine of refraction given: Born and Wolf, Principles of Optics, 1.5.2; Schlick 1994,
-/// eq. 24, with the cosine on the less dense side.
+/// The same with the cosine of refraction given: Born and Wolf, Principles of Optics, 1.5.2;
+/// Schlick 1994, eq. 24, with the cosine on the less dense side.
 pub fn fresnel_at(law: Fresnel, n1: f64, n2: f64, c: f64, ct: f64) -> f64 {
     match law {
         Fresnel::Constant(share) => share,

@@ -1,4 +1,5 @@
-//! Origins of secondary rays: no ray hits the surface it left, and none passes through a neighbouring one.
+//! Origins of secondary rays: no ray hits the surface it left, and none passes through a
+//! neighbouring one.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::pixels::{blur, lit, sphere_hit, wrong_pixels};
@@ -96,15 +97,16 @@ fn acne(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, judged, "pixels wrong"))
 }
 
-/// The same sphere far from the middle of a floor of size 2 10^4: local coordinates are large compared with it.
+/// The same sphere far from the middle of a floor of size 2 10^4: local coordinates are large
+/// compared with it.
 fn crowded_corner(base: &Scene) -> Scene {
     let mut scene = moved(base, 1.0, DVec3::new(9e3, 0.0, 9e3));
     scene.meshes = vec![floor(8, 1e4)];
     scene
 }
 
-/// Two triangles on the corners of a parallelogram, coplanar except for rounding. No slivers, which rounding folds by
-/// u over their height.
+/// Two triangles on the corners of a parallelogram, coplanar except for rounding. No slivers, which
+/// rounding folds by u over their height.
 fn pair(random: &mut Random) -> Scene {
     let mut far = || 10f64.powf(random.range(-8.0, 8.0)) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
     let mut point = || DVec3::new(far(), far(), far());

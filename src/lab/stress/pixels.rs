@@ -17,8 +17,8 @@ pub fn ray_through(scene: &Scene, x: f64, y: f64) -> (DVec3, DVec3) {
     (c.look_from, (forward + lateral).normalize())
 }
 
-/// Number of pixels whose class differs from that of their ray in `class_of`, and number of pixels compared. A pixel
-/// is compared if the class is constant within `blur` pixels.
+/// Number of pixels whose class differs from that of their ray in `class_of`, and number of pixels
+/// compared. A pixel is compared if the class is constant within `blur` pixels.
 pub fn wrong_pixels(
     scene: &Scene,
     picture: &Picture,
@@ -68,8 +68,8 @@ pub fn sphere_hit(o: DVec3, d: DVec3, c: DVec3, r: f64) -> Option<f64> {
     [near, far].into_iter().find(|t| *t > 0.0)
 }
 
-/// Shift of a shadow's edge by the ray offset, in pixels of `footprint` metres, plus 0.02 pixels for all other
-/// roundings: 4u |p| + 12u * 2 ext along each axis of a frame of radius 1
+/// Shift of a shadow's edge by the ray offset, in pixels of `footprint` metres, plus 0.02 pixels
+/// for all other roundings: 4u |p| + 12u * 2 ext along each axis of a frame of radius 1
 /// (numerics.md, Spawn origins) is under 64u.
 pub fn blur(h: &Harness<'_>, scene: &Scene, footprint: f64) -> f64 {
     let radius = 2f64.powi(-h.frame(scene).scale_log2);

@@ -62,9 +62,10 @@ struct Tolerance {
     band: f64,
 }
 
-/// In single precision the line's distance b from the centre has an error of 4u D; in double-length an error of
-/// (16u^2 + 4 * 2^-53) times the distance to the rim. So r^2 - b^2 has an error of e = 2b that, and |sqrt(x + e) - sqrt(x)| <= min(sqrt e, e / sqrt x). |f|^2 - r^2 has an
-/// error of 4u D (D + r) in single precision, which t = (|f|^2 - r^2) / q inherits; plus 12 roundings.
+/// In single precision the line's distance b from the centre has an error of 4u D; in double-length
+/// an error of (16u^2 + 4 * 2^-53) times the distance to the rim. So r^2 - b^2 has an error of e =
+/// 2b that, and |sqrt(x + e) - sqrt(x)| <= min(sqrt e, e / sqrt x). |f|^2 - r^2 has an error of 4u
+/// D (D + r) in single precision, which t = (|f|^2 - r^2) / q inherits; plus 12 roundings.
 fn tolerance(u: f64, p: &Pass, r: f64, wide: bool) -> Tolerance {
     let b = r + p.gap;
     let way = (p.distance * p.distance - b * b).max(0.0).sqrt();
@@ -97,7 +98,8 @@ fn toward_disc(
         .collect()
 }
 
-/// Compares hits on sphere 0 with exact ones: number of wrong hits, and greatest error of t / allowed error.
+/// Compares hits on sphere 0 with exact ones: number of wrong hits, and greatest error of t /
+/// allowed error.
 fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize, f64), RenderError> {
     let (center, radius, wide) = h.local_sphere(scene, 0);
     let hits = h.probe(scene, rays)?.hits;
@@ -294,8 +296,8 @@ fn inside_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
     Ok(worst)
 }
 
-/// A glass sphere of radius 10^U(-4,4) at a position of size 10^U(-8,8), and a distant mirror triangle that determines
-/// the size of the local frame.
+/// A glass sphere of radius 10^U(-4,4) at a position of size 10^U(-8,8), and a distant mirror
+/// triangle that determines the size of the local frame.
 fn stray_ball(random: &mut Random) -> Scene {
     let mut scene = empty(vec![glass(1.5, Fresnel::Exact), mirror(1.0, 0.0)]);
     let radius = 10f64.powf(random.range(-4.0, 4.0));

@@ -238,8 +238,8 @@ fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, rays.len() + 1, "rays hit, or triangles not counted"))
 }
 
-/// Rays in the plane of a tilted triangle with exact arithmetic: the largest component of the direction is a power of
-/// two.
+/// Rays in the plane of a tilted triangle with exact arithmetic: the largest component of the
+/// direction is a power of two.
 fn rays_in_plane(tri: &[DVec3; 3]) -> Vec<ProbeRay> {
     let (e1, e2) = (tri[1] - tri[0], tri[2] - tri[0]);
     let mut rays = Vec::new();

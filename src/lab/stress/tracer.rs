@@ -29,7 +29,8 @@ pub trait Tracer {
     /// Traces `rays` against `scene` and spawns their children.
     fn probe(&mut self, scene: &Scene, settings: &Settings, rays: &[ProbeRay])
     -> Result<Probed, RenderError>;
-    /// Forces brute force (`true`) or the hierarchy (`false`); `None` chooses by the number of primitives.
+    /// Forces brute force (`true`) or the hierarchy (`false`); `None` chooses by the number of
+    /// primitives.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
     /// The local frame of `scene` in the kernels.
     fn frame(&self, scene: &Scene) -> LocalFrame {

@@ -17,7 +17,8 @@ use glam::DVec3;
 /// Pixels of a plot.
 const SIZE: (u32, u32) = (560, 420);
 
-/// Writes `index.html` and the plots as SVG and PNG. `truth` are the pixels that the rows were judged by.
+/// Writes `index.html` and the plots as SVG and PNG. `truth` are the pixels that the rows were
+/// judged by.
 ///
 /// # Errors
 /// If a picture cannot be read, or a file not written.
