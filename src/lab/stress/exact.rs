@@ -37,8 +37,8 @@ pub enum Verdict {
 
 /// Woop's test at unit roundoff `u`. A sheared coordinate `a - s az` of a corner carries u |a| from
 /// the subtraction of the origin, 5u + u from a 2.5-ulp quotient and its product, 2u from the last
-/// subtraction: 9u A with A the largest component of corner - origin, so an edge moves by at most 2
-/// * 9 sqrt 2 u A < 26 u A; the edge function `c x b` adds 2u |b| |c| over the edge's length,
+/// subtraction: 9u A with A the largest component of corner - origin, so an edge moves by at most
+/// 18 sqrt 2 u A < 26 u A; the edge function `c x b` adds 2u |b| |c| over the edge's length,
 /// tripled since lengths across the ray are up to sqrt 3 shorter than sheared ones.
 pub fn verdict(tri: &Corners, o: DVec3, d: DVec3, u: f64) -> Verdict {
     let [a, b, c] = *tri;
