@@ -1,4 +1,5 @@
-//! Greatest depth at which a scene can have rays, from its materials alone. Deeper passes are left out.
+//! Greatest depth at which a scene can have rays, from its materials alone. Deeper passes are left
+//! out.
 
 use crate::scene::{Fresnel, Material};
 use serde::Serialize;
@@ -6,16 +7,16 @@ use serde::Serialize;
 /// How much of a ray's throughput the surfaces of a scene can pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Reach {
-    /// Greatest factor of any surface on the throughput of one child: 0 if none reflects or refracts. The
-    /// throughput of depth d is at most its power d - 1.
+    /// Greatest factor of any surface on the throughput of one child: 0 if none reflects or
+    /// refracts. The throughput of depth d is at most its power d - 1.
     pub weight: f64,
     /// True if some surface can spawn two rays, reflected and refracted.
     pub branches: bool,
 }
 
 impl Reach {
-    /// From the materials of a scene. `overlapping` is true if solids may overlap: a surface inside another
-    /// solid passes its ray on unchanged.
+    /// From the materials of a scene. `overlapping` is true if solids may overlap: a surface inside
+    /// another solid passes its ray on unchanged.
     pub fn new<'a>(
         materials: impl Iterator<Item = &'a Material>,
         overlapping: bool,
@@ -30,8 +31,8 @@ impl Reach {
         Reach { weight: 1.0, branches }
     }
 
-    /// Greatest depth that can have rays, at most `depth`. Children with a throughput below `cutoff` are not
-    /// traced.
+    /// Greatest depth that can have rays, at most `depth`. Children with a throughput below
+    /// `cutoff` are not traced.
     pub fn last_depth(&self, depth: u32, cutoff: f32) -> u32 {
         if self.weight <= 0.0 {
             return 1;

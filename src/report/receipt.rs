@@ -1,5 +1,5 @@
-//! The receipt of a render: its plan, its measured time and memory, and the cost of each feature that the scene
-//! does not use. Serde data and its text; `lab::receipt` measures it.
+//! The receipt of a render: its plan, its measured time and memory, and the cost of each feature
+//! that the scene does not use. Serde data and its text; `lab::receipt` measures it.
 
 use super::explain::{self, Outline};
 use super::table::{Align, Table};

@@ -1,13 +1,14 @@
-//! Features that kernels can support although the scene does not use them: they then contain the code and buffers,
-//! and the image is the same, bit for bit. Used to measure the cost of a feature and to test the specialised
-//! kernels.
+//! Features that kernels can support although the scene does not use them: they then contain the
+//! code and buffers, and the image is the same, bit for bit. Used to measure the cost of a feature
+//! and to test the specialised kernels.
 
 use std::fmt;
 use std::str::FromStr;
 
 macro_rules! features {
     ($($(#[$meta:meta])* $name:ident, $word:literal, $what:literal;)*) => {
-        /// A feature that kernels can be compiled without. Switching on one that the scene uses has no effect.
+        /// A feature that kernels can be compiled without. Switching on one that the scene uses has
+        /// no effect.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(u32)]
         pub enum Feature { $($(#[$meta])* $name,)* }

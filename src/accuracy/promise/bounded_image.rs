@@ -17,7 +17,8 @@ pub struct Known {
     pub height: u32,
     /// Greatest radiance of a ray in this scene.
     pub limit: RadianceLimit,
-    /// Difference of each pixel from the same samples in f64; `None` unless all samples were compared.
+    /// Difference of each pixel from the same samples in f64; `None` unless all samples were
+    /// compared.
     pub rounding: Option<Vec<f64>>,
     /// Confidence of the error bound, in (0, 1).
     pub confidence: f64,
@@ -90,8 +91,8 @@ impl std::str::FromStr for Layer {
 }
 
 impl Known {
-    /// The image, linear RGB. Pixels without samples copy their nearest neighbour with samples if the image was
-    /// sampled from coarse to fine; otherwise they are black.
+    /// The image, linear RGB. Pixels without samples copy their nearest neighbour with samples if
+    /// the image was sampled from coarse to fine; otherwise they are black.
     pub fn linear(&self) -> Vec<[f32; 3]> {
         if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
     }

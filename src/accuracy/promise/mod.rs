@@ -1,5 +1,5 @@
-//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or in a given time
-//! (`--time`).
+//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or
+//! in a given time (`--time`).
 //!
 //! ```text
 //! truncation_choice ─ depth and cutoff, from a survey of a few pixels
@@ -59,8 +59,8 @@ pub struct Request {
     pub keep_precision: bool,
 }
 
-/// Replicates of adaptive sampling. Few, since larger sets of samples are spread more evenly; at least three, so
-/// that the variance of a pixel's sum of squares can be estimated.
+/// Replicates of adaptive sampling. Few, since larger sets of samples are spread more evenly; at
+/// least three, so that the variance of a pixel's sum of squares can be estimated.
 pub const REPLICATES: u32 = 4;
 /// Most samples of a pixel: the length of the sampler's sequence.
 const MOST_SAMPLES: u32 = 1 << 16;
@@ -91,8 +91,8 @@ pub fn render(
     resume(renderer, scene, settings, request, None, observer)
 }
 
-/// Continues an earlier, interrupted render; image and error are the same, bit for bit, as without the interruption. A
-/// render with a time target cannot be continued.
+/// Continues an earlier, interrupted render; image and error are the same, bit for bit, as without
+/// the interruption. A render with a time target cannot be continued.
 ///
 /// # Errors
 /// As [`render()`]; also if `earlier` belongs to another request, scene, device or program.

@@ -36,8 +36,8 @@ pub struct BudgetRow {
     pub samples: u32,
     /// One per seed.
     pub trials: Vec<BudgetTrial>,
-    /// Edge pixels whose confidence interval contains the truth, with 16 replicates; empty unless 16 divides
-    /// `samples`.
+    /// Edge pixels whose confidence interval contains the truth, with 16 replicates; empty unless
+    /// 16 divides `samples`.
     pub pixels: Share,
 }
 
@@ -112,7 +112,8 @@ impl ErrorRow {
         Share::of(promised.map(|t| t.kept(self.target)))
     }
 
-    /// Speed-up of `--error` over the uniform render, in seconds and in rays; above 1, `--error` is cheaper.
+    /// Speed-up of `--error` over the uniform render, in seconds and in rays; above 1, `--error` is
+    /// cheaper.
     pub fn speed_up(&self) -> Option<(f64, f64)> {
         let seconds = median(&self.uniform.seconds)? / median(&self.uniform.adaptive_seconds)?;
         let rays = self.uniform.rays as f64

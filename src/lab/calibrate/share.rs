@@ -36,8 +36,9 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// For a bound that should hold with `confidence`, neither less often nor nearly always: at 95 %, from
-    /// 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the allowed failures).
+    /// For a bound that should hold with `confidence`, neither less often nor nearly always: at 95
+    /// %, from 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the
+    /// allowed failures).
     pub fn of(confidence: f64) -> Aim {
         let risk = 1.0 - confidence;
         Aim { low: 1.0 - 1.3 * risk, high: 1.0 - 0.2 * risk }

@@ -1,4 +1,5 @@
-//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is compared with.
+//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is
+//! compared with.
 
 use super::share::Share;
 use super::truth::Truth;

@@ -1,5 +1,5 @@
-//! The truth that images are compared with: the same pixels in f64, sampled until their own standard error is
-//! small compared with the errors of the images.
+//! The truth that images are compared with: the same pixels in f64, sampled until their own
+//! standard error is small compared with the errors of the images.
 
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::pixel_sums::Gathered;
@@ -137,7 +137,8 @@ pub fn find(
     Ok(Some(Truth { pixels, info }))
 }
 
-/// Sets the depth of `survey`: the first whose truncation error is at most `hidden`, or the last affordable one.
+/// Sets the depth of `survey`: the first whose truncation error is at most `hidden`, or the last
+/// affordable one.
 fn follow(
     survey: &mut Survey,
     limit: &RadianceLimit,

@@ -1,5 +1,5 @@
-//! The explained plan of a render: features of the scene, the kernels and memory that follow from them, and the
-//! predicted time. Serde data and its text; `plan::explain` fills it.
+//! The explained plan of a render: features of the scene, the kernels and memory that follow from
+//! them, and the predicted time. Serde data and its text; `plan::explain` fills it.
 
 mod text;
 
@@ -149,7 +149,8 @@ pub struct Refused {
 pub struct KernelRow {
     /// Its name.
     pub kernel: &'static str,
-    /// Compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup traverse the scene together).
+    /// Compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup traverse the scene
+    /// together).
     pub form: &'static str,
     /// Dispatches in one batch.
     pub launches: u64,

@@ -77,8 +77,8 @@ fn every_picture_has_its_parts_below_it_framed_as_in_the_picture() {
     let cells: Vec<Cell> = [(1, None), (2, None), (4, Some(10)), (8, Some(60))].map(cell).into();
     let section = Section { heading: "h".into(), cells };
     let row = Row::new(&section, 640);
-    // From the third to the fourth both squares change, either is a window; the other is then the one of
-    // the pair before, if it changes there.
+    // From the third to the fourth both squares change, either is a window; the other is then the
+    // one of the pair before, if it changes there.
     let corners: Vec<[u32; 2]> = row.parts.iter().map(|p| p.window.corner).collect();
     let size = row.parts[0].window.size;
     assert_eq!(size, [9, 6]);
