@@ -281,7 +281,7 @@ fn verbose_tells_where_the_time_went() {
     let (_folder, at) = folder();
     let output = small(&at("a.png")).arg("-v").assert().success().get_output().clone();
     let told = text(&output.stderr);
-    for part in ["device ", "plan ", "launches", "items/s", "shadow rays", "first dispatch"] {
+    for part in ["device ", "plan ", "intersect", "items/s", "shadow rays", "wall"] {
         assert!(told.contains(part), "{part} is not in\n{told}");
     }
 }
