@@ -6,7 +6,7 @@ use whitted::render::Renderer;
 use whitted::settings::{DeviceChoice, Precision};
 
 fn renderer() -> Renderer {
-    Renderer::new(&DeviceChoice::Cpu, false).expect("a Vulkan device")
+    Renderer::new(&DeviceChoice::Cpu).expect("a Vulkan device")
 }
 
 fn all_pass(tracer: &mut dyn Tracer, precision: Precision) {

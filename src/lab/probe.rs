@@ -275,7 +275,7 @@ pub fn probe_twins(
     limits: &Limits,
 ) -> Result<Probed, RenderError> {
     if settings.precision == Precision::Double {
-        return Err(RenderError::Failed("the twins' rays can be read in single precision only".into()));
+        return Err(RenderError::NoDouble { device: "a probe of the kernels' twins".into() });
     }
     let p = Prepared::new(scene, settings, rays.len(), brute_force, limits)?;
     let memory = Memory::new(&p.plan.buffer_bytes, &p.packed, &p.packed.camera(scene, &p.settings));

@@ -1,6 +1,7 @@
 //! What this scene needs on this device, decided before anything is allocated: specialisation,
 //! queue capacity, tile and batch, bytes.
 
+mod error;
 pub mod explain;
 mod fit;
 pub mod memory_traffic;
@@ -8,6 +9,7 @@ pub mod passes;
 pub mod predicted_time;
 pub mod tiles;
 
+pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Specialisation};
@@ -92,11 +94,6 @@ impl Switched {
 
 /// Bytes of a texel: four words.
 pub const TEXEL_BYTES: u64 = 16;
-
-/// Why no plan exists; says what would fit.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct PlanError(pub String);
 
 /// A plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -216,10 +213,7 @@ impl Plan {
             if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
         let per_light = abi::LOOP_CAP / lights_per_pass;
         if by_brute_force && packed.primitive_count() as u32 > per_light {
-            return Err(PlanError(format!(
-                "brute force over {} primitives passes the {per_light} loop iterations a kernel may run; use the hierarchy",
-                packed.primitive_count()
-            )));
+            return Err(PlanError::TooManyToTry { primitives: packed.primitive_count(), limit: per_light });
         }
         let on = |f: Feature| settings.schedule.general.has(f);
         let mut plan = Plan {

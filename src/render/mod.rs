@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod error;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
@@ -11,24 +12,27 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
+pub use error::RenderError;
 pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
 pub use trial::{Run, Share};
 
+use crate::image::{self, SaveError, View, linear_sha256};
 use crate::kernel::table::Kernel;
-use crate::plan::{self, Plan, PlanError};
+use crate::plan::{self, Plan};
 use crate::prepare::coincident_solids;
 use crate::prepare::{Packed, pack_forms};
 use crate::report::timeline::{FrameTrace, Phase};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
-use crate::vk::{Device, Pipelines, VkError};
+use crate::vk::{Device, Pipelines};
 use batches::Drawn;
 pub(crate) use batches::Frame;
 use resume_state::Identity;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -43,14 +47,26 @@ pub struct Rendered {
     pub linear: Vec<[f32; 3]>,
     /// Share of the work that was done; 1 unless interrupted.
     pub done: f64,
-    /// Everything that was counted and timed (the file names in it are the caller's to fill; so are the
-    /// wall and scene times, of which those of the earlier part are already there).
+    /// Everything that was counted and timed, the earlier part of a resumed render included. The image has no file
+    /// name yet.
     pub report: Report,
     /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
     pub unfinished: Option<Unfinished>,
 }
 
-/// Told of the progress between submits; may end the render.
+impl Rendered {
+    /// Writes the image as a PNG of 8 bits, an OpenEXR or a Radiance HDR file by the extension of `path`, whole or not
+    /// at all. Program, scene, settings and device become its metadata. A PNG is clamped to [0, 1] and sRGB-encoded.
+    ///
+    /// # Errors
+    /// If the extension is none of `.png`, `.exr`, `.hdr`, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        let view = View { width: self.width, height: self.height, linear: &self.linear };
+        image::save(path.as_ref(), view, &self.report, self.done)
+    }
+}
+
+/// Sees the progress of a render between submits, and may end it.
 pub trait Observer {
     /// `done` of `total` units of work (samples) are finished.
     fn progress(&mut self, done: u64, total: u64);
@@ -65,43 +81,6 @@ impl Observer for Quiet {
     fn progress(&mut self, _done: u64, _total: u64) {}
     fn cancelled(&self) -> bool {
         false
-    }
-}
-
-/// Why there is no image.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// No Vulkan, no device, or not the one asked for.
-    #[error("{0}")]
-    NoDevice(String),
-    /// The device stopped answering.
-    #[error("{0}")]
-    DeviceLost(String),
-    /// The scene or the settings cannot be rendered on this device; says what would fit.
-    #[error("{0}")]
-    DoesNotFit(String),
-    /// The earlier part belongs to another render.
-    #[error(transparent)]
-    Mismatch(#[from] Mismatch),
-    /// Any other failed call.
-    #[error("{0}")]
-    Failed(String),
-}
-
-impl From<VkError> for RenderError {
-    fn from(error: VkError) -> Self {
-        match error {
-            VkError::NoDevice(_) => RenderError::NoDevice(error.to_string()),
-            VkError::Lost { .. } => RenderError::DeviceLost(error.to_string()),
-            VkError::Memory { .. } => RenderError::DoesNotFit(error.to_string()),
-            VkError::TooLong { .. } | VkError::Call { .. } => RenderError::Failed(error.to_string()),
-        }
-    }
-}
-
-impl From<PlanError> for RenderError {
-    fn from(error: PlanError) -> Self {
-        RenderError::DoesNotFit(error.to_string())
     }
 }
 
@@ -123,8 +102,25 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Opens a device; with `validate`, under the validation layer.
-    pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
+    /// Opens a device and tests its arithmetic, or takes the result of an earlier test from the cache folder.
+    ///
+    /// # Errors
+    /// [`RenderError::NoDevice`] without a Vulkan 1.2 device like the one chosen; [`RenderError::Vulkan`],
+    /// [`RenderError::OutOfMemory`] or [`RenderError::DeviceLost`] if the device fails its first work.
+    pub fn new(choice: &DeviceChoice) -> Result<Renderer, RenderError> {
+        Renderer::open(choice, false)
+    }
+
+    /// As [`Renderer::new`], under the Khronos validation layer, whose messages are kept for
+    /// [`Renderer::validation_messages`].
+    ///
+    /// # Errors
+    /// As [`Renderer::new`]; also [`RenderError::NoDevice`] if the layer is not installed.
+    pub fn with_validation(choice: &DeviceChoice) -> Result<Renderer, RenderError> {
+        Renderer::open(choice, true)
+    }
+
+    pub(crate) fn open(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
         let start = Instant::now();
         let device = Rc::new(Device::new(choice, validate)?);
         let arithmetic = self_test::known(&device)?;
@@ -213,30 +209,56 @@ impl Renderer {
         std::mem::take(&mut self.trace)
     }
 
-    /// Renders `scene`.
-    pub fn render(
+    /// Renders `scene`. Pipelines are kept for the next render with the same kernels.
+    ///
+    /// # Errors
+    /// [`RenderError::NoDouble`] if the settings ask for f64 and the device has none;
+    /// [`RenderError::DoesNotFit`], [`RenderError::TooManyRays`] or [`RenderError::OutOfMemory`] if scene and
+    /// settings need more than the device has; [`RenderError::DeviceLost`] or [`RenderError::Vulkan`] if it fails.
+    pub fn render(&mut self, scene: &Scene, settings: &Settings) -> Result<Rendered, RenderError> {
+        self.render_with(scene, settings, &mut Quiet)
+    }
+
+    /// Renders `scene` under an observer, which sees the progress and may cancel: [`Rendered::done`] is then below 1,
+    /// and [`Rendered::unfinished`] may hold what [`Renderer::resume`] continues from.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_with(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        self.resume(scene, settings, None, observer)
+        self.finish(scene, settings, None, observer)
     }
 
     /// Renders what an earlier, interrupted render left; the image is the same, bit for bit, as if it
     /// had not been interrupted. Rays and times are those of both parts together.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; also if `earlier` is of another scene, device, program, or of other
-    /// settings that change the image.
+    /// As [`Renderer::render`]; also [`RenderError::Mismatch`] if `earlier` is of another scene, device, program, or
+    /// of other settings that change the image.
     pub fn resume(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        earlier: Unfinished,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        self.finish(scene, settings, Some(earlier), observer)
+    }
+
+    fn finish(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         earlier: Option<Unfinished>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        let start = Instant::now();
+        let began = Instant::now();
+        let opened = std::mem::take(&mut self.opened);
+        let start = began;
         let (settings, warnings) = self.trusted(settings);
         let settings = &settings;
         self.check_precision(settings)?;
@@ -262,7 +284,7 @@ impl Renderer {
         }
         frame.trace = self.keep_submits.then(Vec::new);
         trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
-        let first_dispatch = start.elapsed() + std::mem::take(&mut self.opened);
+        let first_dispatch = start.elapsed() + opened;
 
         let start = Instant::now();
         let (done, cut) = frame.render(&mut drawn, observer)?;
@@ -274,17 +296,20 @@ impl Renderer {
         tally.add(&cut);
         let mut report = tally.report(settings, &packed, &plan);
         report.time = TimeInfo {
+            wall: before.wall + (scene.read_time.0 + opened + began.elapsed()).as_secs_f64(),
+            scene: before.scene + scene.read_time.0.as_secs_f64(),
             build: before.build + built.as_secs_f64(),
             first_dispatch: before.first_dispatch + first_dispatch.as_secs_f64(),
             device: report.passes.iter().map(|p| p.seconds).sum(),
             render: before.render + render.as_secs_f64(),
-            ..before
         };
         let [x0, y0, x1, y1] = settings.region();
         let (width, height) = (x1 - x0, y1 - y0);
         let unfinished = (done < 1.0 && !drawn.finished.is_empty())
             .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
         report.device = device;
+        report.scene.file = scene.file.display().to_string();
+        report.image.linear_sha256 = linear_sha256(&drawn.linear);
         report.warnings = warnings;
         report.warnings.extend(coincident_solids::warnings(scene));
         Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
@@ -292,10 +317,7 @@ impl Renderer {
 
     pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
         if settings.precision == Precision::Double && !self.device.has_double() {
-            return Err(RenderError::NoDevice(format!(
-                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
-                self.device.info().name
-            )));
+            return Err(RenderError::NoDouble { device: self.device.info().name });
         }
         Ok(())
     }

@@ -93,7 +93,7 @@ fn told(s: &SettingsInfo) -> String {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Begun {
     identity: Identity,
-    /// Seconds of all parts so far; wall and scene are the caller's to fill.
+    /// Seconds of all parts so far.
     pub time: TimeInfo,
     tally: Tally,
 }
@@ -122,7 +122,7 @@ impl Begun {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Unfinished {
     identity: Identity,
-    /// Seconds of all parts so far; wall and scene are the caller's to fill.
+    /// Seconds of all parts so far.
     pub time: TimeInfo,
     tally: Tally,
     tiles: Vec<Tile>,

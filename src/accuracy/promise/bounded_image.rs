@@ -1,40 +1,45 @@
 //! An image whose error is known, and what can be painted of it.
 
-use super::{Kept, Task};
+use super::{Task, UnfinishedBounded};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::Gathered;
 use crate::accuracy::radiance_bound::RadianceLimit;
+use crate::image::{self, SaveError, View, linear_sha256};
 use crate::prepare::coincident_solids;
 use crate::render::{Observer, Survey};
 use crate::report::{Report, TimeInfo};
+use std::path::Path;
 use std::time::Duration;
 
-/// An image with its error budget.
+/// An image with an upper bound on its error, in [`Report::error`].
 #[derive(Debug, Clone)]
-pub struct Known {
+pub struct BoundedImage {
     /// The samples; a row is as wide as the region rendered.
+    #[doc(hidden)]
     pub samples: Gathered,
     /// Rows of the region rendered.
     pub height: u32,
     /// Greatest radiance that a ray of this scene can bring.
+    #[doc(hidden)]
     pub limit: RadianceLimit,
-    /// Difference of each pixel to the same samples in f64, where all of them were compared.
+    /// Difference of each pixel's worst channel to the same samples in f64, rows from the top; `None` unless all of
+    /// them were compared.
     pub rounding: Option<Vec<f64>>,
-    /// Confidence of what is said of the error.
+    /// Confidence of the bound and of the intervals of pixels, in (0, 1).
     pub confidence: f64,
-    /// Everything that was counted, timed, asked for and reached; no error where some pixels have no samples.
+    /// Everything that was counted, timed, asked for and reached; `error` is `None` if some pixels have no samples.
     pub report: Report,
-    /// Share of the pixels that have samples; 1 unless interrupted or short of time.
+    /// Share of the pixels that have samples; 1 unless cancelled or short of time.
     pub done: f64,
     /// It was sampled from coarse to fine: pixels without samples can be filled in.
     coarse: bool,
     /// True if it was cancelled.
     pub cancelled: bool,
-    /// What [`resume`](super::resume) needs to go on, if it was cancelled and can be gone on with.
-    pub unfinished: Option<Kept>,
+    /// What [`Renderer::resume_bounded`](crate::Renderer::resume_bounded) continues from, if it was cancelled.
+    pub unfinished: Option<UnfinishedBounded>,
 }
 
-/// What `--aov` paints, one number a pixel.
+/// A map beside a bounded image: one number a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
     /// Half the width of the pixel's confidence interval.
@@ -90,9 +95,23 @@ impl std::str::FromStr for Layer {
     }
 }
 
-impl Known {
-    /// The image, linear RGB. Pixels without samples are as the nearest that have some, where those are spread
-    /// over the image; else black.
+impl BoundedImage {
+    /// Columns of the region rendered.
+    pub fn width(&self) -> u32 {
+        self.samples.width
+    }
+
+    /// Writes the image as [`Rendered::save`](crate::Rendered::save) does.
+    ///
+    /// # Errors
+    /// If the extension is none of `.png`, `.exr`, `.hdr`, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        let view = View { width: self.width(), height: self.height, linear: &self.linear() };
+        image::save(path.as_ref(), view, &self.report, self.done)
+    }
+
+    /// The image, linear RGB, rows from the top. Pixels without samples are as the nearest that have some, where those
+    /// are spread over the image; else black.
     pub fn linear(&self) -> Vec<[f32; 3]> {
         if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
     }
@@ -128,7 +147,7 @@ pub(super) struct Image {
 
 impl Task<'_> {
     /// The image with its budget; with none where pixels lack samples.
-    pub(super) fn known(self, image: Image, survey: &Survey) -> Known {
+    pub(super) fn known(self, image: Image, survey: &Survey) -> BoundedImage {
         let Image { samples, rounding, prepared, render, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
@@ -138,12 +157,15 @@ impl Task<'_> {
         let mean = traced as f64 / samples.samples.len().max(1) as f64;
         report.settings.samples = mean.round() as u32;
         report.settings.crop = self.settings.crop;
+        let read = self.scene.read_time.0;
+        report.scene.file = self.scene.file.display().to_string();
         report.time = TimeInfo {
+            wall: before.wall + (read + prepared + survey.built + render).as_secs_f64(),
+            scene: before.scene + read.as_secs_f64(),
             build: before.build + survey.built.as_secs_f64(),
             first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
             device: report.passes.iter().map(|p| p.seconds).sum(),
             render: before.render + render.as_secs_f64(),
-            ..before
         };
         let done = samples.done();
         let confidence = self.request.confidence;
@@ -152,6 +174,19 @@ impl Task<'_> {
         let cancelled = self.observer.cancelled();
         let limit = self.limit;
         let (rounding, unfinished) = (None, None);
-        Known { samples, height, limit, rounding, confidence, report, done, coarse, cancelled, unfinished }
+        let mut known = BoundedImage {
+            samples,
+            height,
+            limit,
+            rounding,
+            confidence,
+            report,
+            done,
+            coarse,
+            cancelled,
+            unfinished,
+        };
+        known.report.image.linear_sha256 = linear_sha256(&known.linear());
+        known
     }
 }

@@ -1,8 +1,8 @@
 //! `--budget`: the settings as they are, and what error they leave.
 
 use super::Task;
-use super::bounded_image::{Image, Known};
-use super::resume_state::{Kept, Stage};
+use super::bounded_image::{BoundedImage, Image};
+use super::resume_state::{Stage, UnfinishedBounded};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::Gathered;
@@ -13,7 +13,7 @@ use std::time::Instant;
 
 impl Task<'_> {
     /// All samples of all pixels, and the same again in f64 where the device has it.
-    pub(super) fn fixed(mut self, earlier: Option<Kept>) -> Result<Known, RenderError> {
+    pub(super) fn fixed(mut self, earlier: Option<UnfinishedBounded>) -> Result<BoundedImage, RenderError> {
         let settings = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
         let begun = survey.begun(self.renderer, self.scene, &settings);
@@ -51,7 +51,12 @@ impl Task<'_> {
         }
         let finished = image.done() == 1.0 && (rounding.is_some() || !compared);
         let kept = (!finished && image.done() > 0.0).then(|| {
-            Kept::new(&self.request, survey.counted(begun), Stage::Settings, vec![image.clone(), truth])
+            UnfinishedBounded::new(
+                &self.request,
+                survey.counted(begun),
+                Stage::Settings,
+                vec![image.clone(), truth],
+            )
         });
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
         let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };

@@ -33,10 +33,10 @@ pub(super) struct Chosen {
 
 /// An interrupted render whose error was asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
+pub struct UnfinishedBounded {
     /// The request, as options.
     asked: String,
-    /// Which render it was; its times are the caller's to fill.
+    /// Which render it was, and the seconds of all parts so far.
     pub begun: Begun,
     pub(super) stage: Stage,
     /// Of the samples, to notice a damaged file.
@@ -48,7 +48,7 @@ pub struct Kept {
 /// What a file of this kind begins with.
 const HEAD: &[u8] = b"{\"asked\":";
 
-/// True if `header` is that of a [`Kept`].
+/// True if `header` is that of a [`UnfinishedBounded`].
 pub(crate) fn is_kept(header: &[u8]) -> bool {
     header.starts_with(HEAD)
 }
@@ -68,10 +68,15 @@ fn options(request: &Request) -> String {
     )
 }
 
-impl Kept {
-    pub(super) fn new(request: &Request, begun: Begun, stage: Stage, images: Vec<Gathered>) -> Kept {
+impl UnfinishedBounded {
+    pub(super) fn new(
+        request: &Request,
+        begun: Begun,
+        stage: Stage,
+        images: Vec<Gathered>,
+    ) -> UnfinishedBounded {
         let sha256 = digest(&bytes(&images));
-        Kept { asked: options(request), begun, stage, sha256, images }
+        UnfinishedBounded { asked: options(request), begun, stage, sha256, images }
     }
 
     /// # Errors
@@ -108,18 +113,18 @@ impl Kept {
         out.write_all(&bytes(&self.images))
     }
 
-    /// Reads what [`Kept::write`] wrote.
+    /// Reads what [`UnfinishedBounded::write`] wrote.
     ///
     /// # Errors
     /// If reading fails, or it is of another kind or version, or the samples are not those that were written.
-    pub fn read(from: &mut dyn BufRead) -> io::Result<Kept> {
+    pub fn read(from: &mut dyn BufRead) -> io::Result<UnfinishedBounded> {
         let damaged = |what: &str| io::Error::new(ErrorKind::InvalidData, what.to_owned());
         let mut header = Vec::new();
         from.read_until(b'\n', &mut header)?;
         if !is_kept(&header) {
             return Err(damaged("it was not begun with --error or --budget"));
         }
-        let mut kept: Kept = serde_json::from_slice(&header)?;
+        let mut kept: UnfinishedBounded = serde_json::from_slice(&header)?;
         let mut body = Vec::new();
         from.read_to_end(&mut body)?;
         let changed = || damaged("the samples are not those that were written");

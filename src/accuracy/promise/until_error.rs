@@ -1,7 +1,7 @@
 //! `--error`: the cheapest samples, depth and precision whose three parts come to the error asked for.
 
-use super::bounded_image::{Image, Known};
-use super::resume_state::{Chosen, Kept, Stage};
+use super::bounded_image::{BoundedImage, Image};
+use super::resume_state::{Chosen, Stage, UnfinishedBounded};
 use super::rounding::Rounded;
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, Cut};
@@ -29,7 +29,11 @@ const CHOICE: [f64; 2] = [0.03, 0.08];
 
 impl Task<'_> {
     /// Renders until the error is at most `target`, or says why it cannot be.
-    pub(super) fn until_error(mut self, target: f64, earlier: Option<Kept>) -> Result<Known, RenderError> {
+    pub(super) fn until_error(
+        mut self,
+        target: f64,
+        earlier: Option<UnfinishedBounded>,
+    ) -> Result<BoundedImage, RenderError> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let asked = self.settings.clone();
@@ -64,7 +68,12 @@ impl Task<'_> {
         let rounding = chosen.rounded.map(|r| (r.part(&samples), r.pixels));
         let kept = (cancelled && samples.done() > 0.0).then(|| {
             let images = vec![chosen.allocation.take_gathered()];
-            Kept::new(&self.request, survey.counted(begun), Stage::Error(Box::new(chosen)), images)
+            UnfinishedBounded::new(
+                &self.request,
+                survey.counted(begun),
+                Stage::Error(Box::new(chosen)),
+                images,
+            )
         });
         let confidence = self.request.confidence;
         let prepared = survey.prepared;

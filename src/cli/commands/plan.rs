@@ -1,6 +1,5 @@
 //! `whitted plan`.
 
-use super::load;
 use crate::atomic_file;
 use crate::cli::args::PlanArgs;
 use crate::cli::console::{self, Console};
@@ -27,10 +26,11 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let earlier = args.from.as_deref().map(report).transpose()?;
-    let (scene, scene_seconds) = load(&args.scene)?;
+    let scene = Scene::load(&args.scene)?;
+    let scene_seconds = scene.read_time.0.as_secs_f64();
     let asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let mut renderer = Renderer::new(&args.device.choice())?;
     let (settings, warnings) = renderer.trusted(&asked);
     renderer.check_precision(&settings)?;
     let packed = renderer.pack(&scene, &settings, false);
@@ -69,7 +69,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             outline.time = time;
         }
     }
-    outline.refused = failure.as_ref().map(|f| Refused { message: f.to_string(), exit_code: f.exit_code() });
+    outline.refused = failure.as_ref().map(|f| Refused { message: f.message(), exit_code: f.exit_code() });
     tell(args, &outline, console)?;
     for warning in warnings {
         console.say(&format!("warning: {warning}"));

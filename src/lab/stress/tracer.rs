@@ -5,7 +5,7 @@ use crate::lab::probe::{ProbeRay, Probed, probe_twins};
 use crate::plan::{self, Limits, Plan};
 use crate::prepare::pack;
 use crate::reference::twin;
-use crate::render::{Quiet, RenderError, Renderer};
+use crate::render::{RenderError, Renderer};
 use crate::report::{Counters, DepthInfo, RayInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -34,7 +34,7 @@ pub trait Tracer {
 
 impl Tracer for Renderer {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let r = self.render(scene, settings, &mut Quiet)?;
+        let r = self.render(scene, settings)?;
         Ok(Picture { linear: r.linear, counters: r.report.counters, rays: r.report.rays })
     }
 
@@ -67,7 +67,7 @@ impl Tracer for Twins {
         );
         let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
         let (linear, counts) = twin::render(&packed, scene, settings, &plan)
-            .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
+            .ok_or(RenderError::TooManyRays { pixel: None, capacity: plan.capacity })?;
         let count = |i: u32| counts.counters[i as usize];
         let counters = Counters {
             degenerate_triangles: packed.degenerate_triangles,

@@ -10,7 +10,7 @@ use crate::accuracy::radiance_bound::radiance_limit;
 use crate::accuracy::truncation::TruncationBound;
 use crate::atomic_file;
 use crate::compare::metrics::compare;
-use crate::image::{Format, Metadata, View, linear_sha256};
+use crate::image::{Format, Metadata, View};
 use crate::render::samples::{Source, Traced};
 use crate::render::{Observer, Rendered, Renderer};
 use crate::report::ProgramInfo;
@@ -249,7 +249,7 @@ impl<'a> Work<'a> {
         let scene = point.scene(&self.plan.scene);
         let settings = point.settings(&self.plan.base);
         let mut whole = Share { inner: observer, index: 0, of: u64::from(self.plan.repeats) + 1 };
-        let mut last = renderer.render(&scene, &settings, &mut whole)?;
+        let mut last = renderer.render_with(&scene, &settings, &mut whole)?;
         let (mut device, mut render) = (Vec::new(), Vec::new());
         let mut note = |r: &Rendered| {
             device.push(r.report.time.device);
@@ -263,7 +263,7 @@ impl<'a> Work<'a> {
                     return Ok(None);
                 }
                 whole.index += 1;
-                last = renderer.render(&scene, &settings, &mut whole)?;
+                last = renderer.render_with(&scene, &settings, &mut whole)?;
                 note(&last);
             }
         }
@@ -279,9 +279,7 @@ impl<'a> Work<'a> {
         let file = format!("points/{key}.exr");
         let path = self.path(&file);
         let mut report = last.report;
-        report.scene.file = self.plan.scene.file.display().to_string();
         report.image.file = file;
-        report.image.linear_sha256 = linear_sha256(&last.linear);
         let view = View { width: last.width, height: last.height, linear: &last.linear };
         let metadata = Metadata::of(&report, last.done);
         atomic_file::write(&path, |out| Format::Exr.encode(view, &metadata, out))

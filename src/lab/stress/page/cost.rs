@@ -3,7 +3,7 @@
 
 use super::{PageError, Stop, running};
 use crate::lab::markdown::table;
-use crate::render::{Quiet, Renderer};
+use crate::render::Renderer;
 use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
@@ -103,7 +103,7 @@ pub(super) fn measure(renderer: &mut Renderer, stop: Stop<'_>) -> Result<Cost, P
                 planted: variant.planted,
                 ..Settings::of(&scene)
             };
-            Ok::<_, PageError>(renderer.render(&scene, &settings, &mut Quiet)?.report.time.device)
+            Ok::<_, PageError>(renderer.render(&scene, &settings)?.report.time.device)
         };
         let mut ratios: Ratios = vec![Vec::new(); variants.len()];
         for variant in &variants {
