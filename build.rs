@@ -4,10 +4,16 @@
 //! shaderc compiles the kernels where `--cfg whitted_shaderc` says that libshaderc can be linked, which
 //! `./whitted.sh setup` writes into `.cargo/config.toml`. Elsewhere the kernels are those of
 //! `glsl/kernels.pack`, provided that it was made from these sources.
+//!
+//! With the feature `defects` the kernels are compiled once more in the folder `defects`, from sources with planted
+//! mistakes (`src/kernel/defects.rs`).
 
 #[path = "src/kernel/abi.rs"]
 #[allow(dead_code, unused_imports)]
 mod abi;
+#[path = "src/kernel/defects.rs"]
+#[allow(dead_code)]
+mod defects;
 #[path = "src/kernel/spirv.rs"]
 #[allow(dead_code)]
 mod spirv;
@@ -27,7 +33,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
 fn main() {
-    for path in ["src/kernel/abi.rs", "src/kernel/spirv.rs", "glsl", "build"] {
+    for path in ["src/kernel/abi.rs", "src/kernel/defects.rs", "src/kernel/spirv.rs", "glsl", "build"] {
         println!("cargo:rerun-if-changed={path}");
     }
     // The log of HEAD grows with every commit, HEAD itself only changes with the branch.
@@ -52,13 +58,19 @@ fn build() -> Result<(), String> {
     let sources = sources::read()?;
     let digest = sources::digest(&sources)?;
     let compiled = kernels(&out, &sources, &digest)?;
-    table::write(&out, &sources, &compiled)
+    table::write(&out, &sources, &compiled, table::Kernels::Shipped)?;
+    if env::var_os("CARGO_FEATURE_DEFECTS").is_none() {
+        return Ok(());
+    }
+    let out = out.join("defects");
+    fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
+    table::write(&out, &sources, &planted(&sources)?, table::Kernels::Planted)
 }
 
 /// Compiles the kernels, and packs them where a test and `./whitted.sh kernels` find them.
 #[cfg(whitted_shaderc)]
 fn kernels(out: &Path, sources: &[sources::Source], digest: &str) -> Result<Vec<Compiled>, String> {
-    let compiled = compile::all(sources)?;
+    let compiled = compile::all(sources, false)?;
     let file = out.join("kernels.pack");
     fs::write(&file, pack::write(digest, &compile::tools(), &compiled)?).map_err(|e| e.to_string())?;
     println!("cargo:rustc-env=WHITTED_KERNELS={}", file.display());
@@ -78,6 +90,19 @@ fn kernels(_: &Path, _: &[sources::Source], digest: &str) -> Result<Vec<Compiled
          Run `./whitted.sh setup` once: the build then compiles the sources itself, with shaderc.",
         pack::FILE
     ))
+}
+
+/// Compiles the kernels with every planted mistake to choose from.
+#[cfg(whitted_shaderc)]
+fn planted(sources: &[sources::Source]) -> Result<Vec<Compiled>, String> {
+    compile::all(sources, true)
+}
+
+/// Planted mistakes are compiled, never packed.
+#[cfg(not(whitted_shaderc))]
+fn planted(_: &[sources::Source]) -> Result<Vec<Compiled>, String> {
+    Err("Tests compile kernels with planted mistakes, which needs shaderc: run `./whitted.sh setup` once."
+        .into())
 }
 
 fn text_of(path: &Path) -> Result<String, String> {

@@ -91,6 +91,7 @@ missing_packages() {
     if [ "$1" != render ]; then
         have_driver cpu || echo mesa-vulkan-drivers
         have_layer || echo vulkan-validationlayers
+        have chromium || echo chromium # opens the pages that the tests write
     else
         have_driver || echo mesa-vulkan-drivers
     fi
@@ -117,8 +118,9 @@ need_packages() {
         install_packages "$@"
     else
         fail "missing here; on Debian the packages are called: $*
-Install a C compiler, a Vulkan loader, a Vulkan driver (Mesa's lavapipe will do) and, for the tests, lavapipe
-and the Khronos validation layer; to change kernels also libshaderc (or the Vulkan SDK) and spirv-opt."
+Install a C and C++ compiler, a Vulkan loader, a Vulkan driver (Mesa's lavapipe will do) and, for the tests,
+lavapipe, the Khronos validation layer and Chromium; to change kernels also libshaderc (or the Vulkan SDK)
+and spirv-opt."
     fi
 }
 

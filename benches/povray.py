@@ -230,7 +230,7 @@ def write_table(path, results, repeats):
 
         rows.append(f"| {job.title()} | {times['all_rays'] / 1e6:.3g} M | {ratio('render_ratio')} | {ratio('wall_ratio')} | {ratio('cpu_ratio')} | {picture['rmse']:.1e} |")
     device = results[0][1]["device"]
-    rows.append(f"\nMedians and quartiles of {repeats} pairs of runs, on `{device}` with {os.cpu_count()} cores. Above 1 is faster than POV-Ray 3.7.")
+    rows.append(f"\n{time.strftime('%Y-%m-%d')}: medians and quartiles of {repeats} pairs of runs, on `{device}` with {os.cpu_count()} cores. Above 1 is faster than POV-Ray 3.7.")
     begin, end = "<!-- povray: written by benches/povray.py -->\n", "<!-- end of povray -->"
     with open(path) as file:
         text = file.read()

@@ -2,17 +2,18 @@
 
 use crate::pack::Compiled;
 use crate::sources::{OPTIMISER, Source, abi_glsl};
-use crate::{spirv, text_of};
+use crate::{defects, spirv, text_of};
 use std::path::Path;
 use std::{env, fs, process};
 
-/// Compiles every form of every kernel. Modules are read before the optimiser takes their names away.
-pub fn all(kernels: &[Source]) -> Result<Vec<Compiled>, String> {
+/// Compiles every form of every kernel; `planted`: with all planted mistakes, each behind its value of one more
+/// specialisation constant. Modules are read before the optimiser takes their names away.
+pub fn all(kernels: &[Source], planted: bool) -> Result<Vec<Compiled>, String> {
     let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc: {e}"))?;
     let mut compiled = Vec::new();
     for kernel in kernels {
         for form in kernel.forms() {
-            let plain = compile(&compiler, kernel, &abi_glsl(form))?;
+            let plain = compile(&compiler, kernel, &abi_glsl(form), planted)?;
             let module = spirv::read(&plain).map_err(|e| format!("{}: {e}", kernel.path.display()))?;
             let words = optimise(&plain)?;
             compiled.push(Compiled {
@@ -36,7 +37,24 @@ pub fn tools() -> String {
     format!("SPIR-V {:#x} revision {}, {}", spirv.0, spirv.1, version.trim())
 }
 
-fn compile(compiler: &shaderc::Compiler, kernel: &Source, abi_glsl: &str) -> Result<Vec<u32>, String> {
+/// The text of a GLSL file.
+fn text(path: &Path, planted: bool) -> Result<String, String> {
+    let text = text_of(path)?;
+    match path.file_name().and_then(|name| name.to_str()) {
+        Some(name) if planted => defects::plant(name, &text),
+        _ => Ok(text),
+    }
+}
+
+fn compile(
+    compiler: &shaderc::Compiler,
+    kernel: &Source,
+    abi_glsl: &str,
+    planted: bool,
+) -> Result<Vec<u32>, String> {
+    let source = text(&kernel.path, planted)?;
+    let choice = format!("layout(constant_id = {}) const uint defect = 0u;\n", defects::ID);
+    let abi_glsl = if planted { abi_glsl.to_owned() + &choice } else { abi_glsl.to_owned() };
     let mut options = shaderc::CompileOptions::new().map_err(|e| e.to_string())?;
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
     options.set_warnings_as_errors();
@@ -47,15 +65,18 @@ fn compile(compiler: &shaderc::Compiler, kernel: &Source, abi_glsl: &str) -> Res
         if requested == "abi.glsl" {
             return Ok(shaderc::ResolvedInclude {
                 resolved_name: requested.into(),
-                content: abi_glsl.into(),
+                content: abi_glsl.clone(),
             });
         }
         let file = Path::new("glsl/lib").join(requested);
-        Ok(shaderc::ResolvedInclude { resolved_name: file.display().to_string(), content: text_of(&file)? })
+        Ok(shaderc::ResolvedInclude {
+            resolved_name: file.display().to_string(),
+            content: text(&file, planted)?,
+        })
     });
     let path = kernel.path.display().to_string();
     let artifact = compiler
-        .compile_into_spirv(&kernel.text, shaderc::ShaderKind::Compute, &path, "main", Some(&options))
+        .compile_into_spirv(&source, shaderc::ShaderKind::Compute, &path, "main", Some(&options))
         .map_err(|e| e.to_string())?;
     Ok(spirv::forbid_contraction(artifact.as_binary()))
 }

@@ -6,8 +6,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
-/// Kernels in which subgroups count together: of devices on which these work together, so in two forms alone.
+/// Kernels in which subgroups count together: in the form `packet` alone.
 const JOINED: [&str; 2] = ["place", "trace"];
+
+/// Folders of `glsl/lib`.
+const LIBRARY: [&str; 4] = ["base", "optics", "shape", "traverse"];
 
 /// What `spirv-opt` is asked for. It leaves float operations alone that carry NoContraction, which all do.
 pub const OPTIMISER: [&str; 4] = ["--target-env=vulkan1.2", "--scalar-block-layout", "--strip-debug", "-O"];
@@ -24,11 +27,10 @@ pub struct Form {
     pub structs: &'static [abi::GpuStruct],
 }
 
-/// All forms: two precisions, a small scene's shapes as constants, rays in packets.
-static FORMS: [Form; 4] = [
+/// All forms: two precisions, and the lanes of a subgroup traversing the scene together.
+static FORMS: [Form; 3] = [
     Form { name: "f32", real: "float", real3: "vec3", structs: abi::single::STRUCTS },
     Form { name: "f64", real: "double", real3: "dvec3", structs: abi::double::STRUCTS },
-    Form { name: "few", real: "float", real3: "vec3", structs: abi::single::STRUCTS },
     Form { name: "packet", real: "float", real3: "vec3", structs: abi::single::STRUCTS },
 ];
 
@@ -45,10 +47,10 @@ pub struct Source {
 }
 
 impl Source {
-    /// The forms in which this kernel is compiled. Kernels that test shapes have all four.
+    /// The forms in which this kernel is compiled. Kernels that test shapes have all three.
     pub fn forms(&self) -> impl Iterator<Item = &'static Form> {
-        let traces = self.text.contains("trace.glsl");
-        let wanted = [!self.joined, !self.joined, traces || self.joined, traces || self.joined];
+        let traces = self.text.contains("traverse/traverse.glsl");
+        let wanted = [!self.joined, !self.joined, traces || self.joined];
         FORMS.iter().zip(wanted).filter_map(|(form, wanted)| wanted.then_some(form))
     }
 }
@@ -85,8 +87,10 @@ pub fn digest(kernels: &[Source]) -> Result<String, String> {
     for kernel in kernels {
         add(&kernel.name, &kernel.text);
     }
-    for path in files("glsl/lib", "glsl")? {
-        add(&path.file_name().unwrap_or_default().to_string_lossy(), &text_of(&path)?);
+    for folder in LIBRARY {
+        for path in files(&format!("glsl/lib/{folder}"), "glsl")? {
+            add(&path.file_name().unwrap_or_default().to_string_lossy(), &text_of(&path)?);
+        }
     }
     for form in &FORMS {
         add(form.name, &abi_glsl(form));
@@ -102,14 +106,11 @@ pub fn digest(kernels: &[Source]) -> Result<String, String> {
 pub fn abi_glsl(form: &Form) -> String {
     let Form { name: form, real, real3, structs } = *form;
     let mut text = String::new();
-    if ["few", "packet"].contains(&form) {
+    if form == "packet" {
         for extension in ["basic", "shuffle"] {
             let _ = writeln!(text, "#extension GL_KHR_shader_subgroup_{extension} : require");
         }
         text.push_str("#define LANES\n");
-    }
-    if form == "packet" {
-        text.push_str("#define PACKETS\n");
     }
     let _ =
         writeln!(text, "#define real {real}\n#define real3 {real3}\n#define REAL_IS_{}", real.to_uppercase());
@@ -136,23 +137,6 @@ pub fn abi_glsl(form: &Form) -> String {
         text,
         "#define TEXELS(x) layout(set = 0, binding = TEXELS_AT + BINDING_##x) uniform usamplerBuffer x##_texels;"
     );
-    if form == "few" {
-        let names: Vec<String> = (0..abi::FEW_WORDS).map(|i| format!("few_{i}")).collect();
-        for (i, name) in names.iter().enumerate() {
-            let _ = writeln!(
-                text,
-                "layout(constant_id = {}) const float {name} = 0.0;",
-                abi::FEW_AT as usize + i
-            );
-        }
-        // Row by row, without an array: drivers take long to see through one of constants.
-        let vector = |at: usize| format!("vec3({})", names[at..at + 3].join(", "));
-        let rows = (0..abi::UNROLL_MAX as usize).map(|i| {
-            let at = i * abi::FEW_ROW as usize;
-            format!("X({i}u, {}, {}, {})", vector(at), vector(at + 3), vector(at + 6))
-        });
-        let _ = writeln!(text, "#define EACH_FEW(X) {}", rows.collect::<Vec<_>>().join(" "));
-    }
     text.push_str("layout(scalar, push_constant) uniform push_block { Push push; };\n");
     text
 }

@@ -30,8 +30,17 @@ fn check(kernel: &Compiled, form: &Form) -> Result<(), String> {
     Ok(())
 }
 
+/// Which kernels a table is of.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Kernels {
+    /// Those that render; their table declares the `Kernel` enumeration.
+    Shipped,
+    /// Those with planted mistakes.
+    Planted,
+}
+
 /// Writes `NAME.FORM.spv` of every kernel and `kernels.rs` into `out`.
-pub fn write(out: &Path, sources: &[Source], compiled: &[Compiled]) -> Result<(), String> {
+pub fn write(out: &Path, sources: &[Source], compiled: &[Compiled], which: Kernels) -> Result<(), String> {
     let mut table = String::new();
     let mut variants = String::new();
     let mut rest = compiled.iter();
@@ -57,22 +66,26 @@ pub fn write(out: &Path, sources: &[Source], compiled: &[Compiled]) -> Result<()
         if texels & !reads != 0 {
             return Err(format!("{name}: a texel view of a buffer that it does not read"));
         }
-        let of = if source.joined { [1, 1, 0, 1] } else { [0, 1, 2, 3] };
-        let [single, double, few, packet] = of.map(|i| files.get(i).unwrap_or(&files[0]));
+        let [single, double, packet] = [0, 1, 2].map(|i| files.get(i).unwrap_or(&files[0]));
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
         let _ = writeln!(
             table,
-            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), few: Spirv(include_bytes!({few:?})), packet: Spirv(include_bytes!({packet:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
+            "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), packet: Spirv(include_bytes!({packet:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
         );
     }
-    let text = format!(
-        "/// The kernels, one per file in `glsl`, in alphabetical order.\n\
-         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n\n\
-         /// What was compiled, in the order of [`Kernel`].\n\
+    let mut text = format!(
+        "/// What was compiled, in the order of [`Kernel`].\n\
          pub const KERNELS: [KernelCode; {}] = [\n{table}];\n",
         sources.len()
     );
+    if which == Kernels::Shipped {
+        let _ = write!(
+            text,
+            "\n/// The kernels, one per file in `glsl`, in alphabetical order.\n\
+             #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n"
+        );
+    }
     fs::write(out.join("kernels.rs"), text).map_err(|e| e.to_string())
 }
 

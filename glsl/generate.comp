@@ -3,10 +3,10 @@
 // One invocation per ray: sample-major, so that a pixel's samples are `tile_pixels` apart; within a sample
 // in blocks of pixels, so that neighbours in the queue are neighbours in the image both ways.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
-#include "sampler.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
+#include "base/sampler.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
@@ -16,17 +16,17 @@ STORES_3(rays)
 WRITES(media)
 WRITES(paths)
 
-Ray primary_ray(Camera c, uint slot) {
-    uint pixel = slot % push.tile_pixels;
+Ray primary_ray(Camera c, uint sample_index) {
+    uint pixel = sample_index % push.tile_pixels;
     uint at = survey != 0u ? pixels[pixel] : pixel;
     uint x = push.tile_x + at % push.tile_width;
     uint y = push.tile_y + at / push.tile_width;
-    uint k = push.first_sample + slot / push.tile_pixels;
+    uint k = push.first_sample + sample_index / push.tile_pixels;
     vec2 offset = sample_offset(push.seed, x, y, k, push.samples);
     real sx = (real(x) + real(offset.x)) * c.step_x - 1.0;
     real sy = 1.0 - (real(y) + real(offset.y)) * c.step_y;
     real3 lateral = sx * c.right + sy * c.up;
-    return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), slot, NONE, vec3(1.0), 0u);
+    return Ray(c.origin + c.advance * lateral, safe_normalize(c.forward + lateral), sample_index, NONE, vec3(1.0), 0u);
 }
 
 // The pixel that is `at` in the queue: strips of 8 rows, in them blocks of 8x8 pixels in Morton order (so 8 rays
@@ -48,9 +48,9 @@ uint in_blocks(uint at) {
 void main() {
     uint item = item_index();
     if (item >= push.items) return;
-    uint at = item % push.tile_pixels, slot = item - at + in_blocks(at);
-    store_rays(item, primary_ray(camera[0], slot));
-    if (survey != 0u) paths[slot] = Path(0u, 0u, 0u, 0u);
+    uint at = item % push.tile_pixels, sample_index = item - at + in_blocks(at);
+    store_rays(item, primary_ray(camera[0], sample_index));
+    if (survey != 0u) paths[sample_index] = Path(0u, 0u, 0u, 0u);
     for (uint j = 0u; j < media_capacity; j++) {
         media[item * media_capacity + j] = eye_media[j];
     }

@@ -2,8 +2,8 @@
 // Reads queue, rays and the scene's shapes. Writes hits. Counts NaN rays, stack and loop overflows.
 // One invocation per ray.
 #version 460
-#include "prelude.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 FETCHES_4(triangles)
@@ -14,7 +14,7 @@ FETCHES_3(rays)
 READS(queue)
 STORES_1(hits)
 UPDATES(counters)
-#include "trace.glsl"
+#include "traverse/traverse.glsl"
 
 void main() {
     uint item = item_index();

@@ -1,17 +1,17 @@
 // Where the rays of the next depth are, in the order of their parents, reflection first: `trace` left a ray's children
 // at places of its own.
-// Reads queue, next_queue, totals, offsets. Writes places.
+// Reads queue, next_queue, child_masks, offsets. Writes ray_indices.
 // One invocation per parent ray.
 #version 460
-#include "prelude.glsl"
-#include "children.glsl"
+#include "base/prelude.glsl"
+#include "base/children.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(queue)
 READS(next_queue)
-READS(totals)
+READS(child_masks)
 READS(offsets)
-WRITES(places)
+WRITES(ray_indices)
 
 void main() {
     uint i = item_index(), lane = gl_SubgroupInvocationID, own = gl_LocalInvocationID.x / lanes;
@@ -19,7 +19,7 @@ void main() {
     uint before = offsets[group], mask = 0u;
     // The lanes load a word each of the workgroup's, and hand it round.
     [[unroll]] for (uint k = 0u; k < MASKS; k += lanes) {
-        uint word = totals[group * MASKS + min(k + lane, MASKS - 1u)];
+        uint word = child_masks[group * MASKS + min(k + lane, MASKS - 1u)];
         uint count = k + lane < own ? bitCount(word) : 0u;
         [[unroll]] for (uint l = 0u; l < lanes; l++) before += subgroupShuffle(count, l);
         mask = own / lanes == k / lanes ? subgroupShuffle(word, own % lanes) : mask;
@@ -28,6 +28,6 @@ void main() {
     uint bits = (REFLECTED_BIT | REFRACTED_BIT) << lane;
     uint to = before + bitCount(mask & (bits - (REFLECTED_BIT | REFRACTED_BIT)));
     uint children = bitCount(mask & bits);
-    if (children > 0u) places[to] = i * CHILDREN_MOST;
-    if (children > 1u) places[to + 1u] = i * CHILDREN_MOST + 1u;
+    if (children > 0u) ray_indices[to] = i * CHILDREN_MOST;
+    if (children > 1u) ray_indices[to + 1u] = i * CHILDREN_MOST + 1u;
 }

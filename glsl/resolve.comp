@@ -1,13 +1,13 @@
 // Adds the batch's samples to their pixels, in sample order, compensated: any split into batches
 // gives the same bits. A survey joins what the samples' paths did.
-// Reads slots, paths. Updates film, marks.
+// Reads sample_radiance, paths. Updates film, marks.
 // One invocation per pixel of the tile.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
 layout(local_size_x_id = 0) in;
 
-READS(slots)
+READS(sample_radiance)
 READS(paths)
 UPDATES(film)
 UPDATES(marks)
@@ -21,7 +21,7 @@ void main() {
         uint at = pixel * replicates + r;
         vec3 sum = film[at].sum, compensation = film[at].compensation;
         for (uint k = (r + replicates - turn) % replicates; k < push.batch_samples; k += replicates) {
-            neumaier(sum, compensation, slots[k * push.tile_pixels + pixel]);
+            neumaier(sum, compensation, sample_radiance[k * push.tile_pixels + pixel]);
         }
         film[at] = Film(sum, compensation);
     }

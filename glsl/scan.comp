@@ -1,14 +1,15 @@
 // Exclusive prefix sum of the workgroups' children: the next queue keeps the order of this one, so
 // nothing depends on which workgroup ran first. Sizes the next depth's dispatches.
-// Reads queue, totals. Writes offsets, next_queue. Counts rays by kind, and a queue too small.
-// One workgroup; each invocation walks a run of totals.
+// Reads queue, child_counts, child_masks. Writes offsets, next_queue. Counts rays by kind, and a queue too small.
+// One workgroup; each invocation walks the counts of a run of workgroups.
 #version 460
-#include "prelude.glsl"
-#include "children.glsl"
+#include "base/prelude.glsl"
+#include "base/children.glsl"
 layout(local_size_x = SCAN_WIDTH) in;
 
 READS(queue)
-READS(totals)
+READS(child_counts)
+READS(child_masks)
 WRITES(offsets)
 WRITES(next_queue)
 UPDATES(depth_counts)
@@ -19,10 +20,10 @@ shared uint refractions[SCAN_WIDTH];
 
 // Reflection and refraction rays of a workgroup's rays.
 uvec2 children(uint g) {
-    if (fused == 0u) return uvec2(totals[g] >> 16, totals[g] & 0xffffu);
+    if (fused == 0u) return uvec2(child_counts[g] >> 16, child_counts[g] & 0xffffu);
     uvec2 sum = uvec2(0u);
     [[unroll]] for (uint k = 0u; k < MASKS; k++) {
-        uint mask = totals[g * MASKS + k];
+        uint mask = child_masks[g * MASKS + k];
         sum += uvec2(bitCount(mask & (REFRACTED_BIT - 1u)), bitCount(mask / REFRACTED_BIT));
     }
     return sum;

@@ -2,10 +2,10 @@
 // Writes self_test: SELF_TEST_ROW numbers per item.
 // One invocation per item.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
-#include "wide.glsl"
-#include "sampler.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
+#include "shape/double_length.glsl"
+#include "base/sampler.glsl"
 layout(local_size_x_id = 0) in;
 
 WRITES(self_test)

@@ -1,12 +1,12 @@
 // Turns hits into surfaces: position, normal, medium change, share of reflection, and which
 // children the ray has. Counts the children of each workgroup, so that `scan` can place them.
-// Reads queue, rays, hits, media and the scene. Writes surfaces, totals. A survey notes the throughput
+// Reads queue, rays, hits, media and the scene. Writes surfaces, child_counts. A survey notes the throughput
 // of children that are not traced in paths.
 // One invocation per ray. Whitted, CACM 23(6), 1980.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 FETCHES_4(triangles)
@@ -22,9 +22,9 @@ READS(media)
 READS(queue)
 FETCHES_1(hits)
 STORES_4(surfaces)
-WRITES(totals)
+WRITES(child_counts)
 UPDATES(paths)
-#include "strike.glsl"
+#include "optics/strike.glsl"
 
 shared uint reflected_mask[WORKGROUP_MAX / 32u];
 shared uint refracted_mask[WORKGROUP_MAX / 32u];
@@ -62,5 +62,5 @@ void main() {
         store_surfaces(i, s);
     }
     // Rows of a folded dispatch may end in groups without rays; they have no total.
-    if (local == 0u && live) totals[group_index()] = reflections << 16 | refractions;
+    if (local == 0u && live) child_counts[group_index()] = reflections << 16 | refractions;
 }

@@ -1,11 +1,11 @@
 // Own colour of every struck surface: ambient, and one shadow ray to each light it faces. Adds the
 // weighted colour to the ray's sample, or leaves it to `gather` where several rays share a sample.
-// Reads queue, rays, surfaces and the scene. Writes contributions or slots. Counts shadow rays. A
+// Reads queue, rays, surfaces and the scene. Writes contributions or sample_radiance. Counts shadow rays. A
 // survey notes in paths what was struck, how the path goes on and which lights it sees.
 // One invocation per ray and pass; a pass takes the lights [light_begin, light_end).
 #version 460
-#include "prelude.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
@@ -19,13 +19,13 @@ FETCHES_3(rays)
 READS(queue)
 FETCHES_4(surfaces)
 UPDATES(contributions)
-UPDATES(slots)
+UPDATES(sample_radiance)
 UPDATES(paths)
 UPDATES(depth_counts)
 UPDATES(counters)
-#include "sampler.glsl"
-#include "trace.glsl"
-#include "light.glsl"
+#include "base/sampler.glsl"
+#include "traverse/traverse.glsl"
+#include "optics/light.glsl"
 
 void main() {
     uint item = item_index();

@@ -3,9 +3,9 @@
 // that are in more solids than their list holds.
 // One invocation per parent ray. Whitted, CACM 23(6), 1980.
 #version 460
-#include "prelude.glsl"
-#include "numeric.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/numeric.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
@@ -19,7 +19,7 @@ READS(offsets)
 STORES_3(next_rays)
 WRITES(next_media)
 UPDATES(counters)
-#include "spawn.glsl"
+#include "optics/spawn.glsl"
 
 void main() {
     uint i = item_index();

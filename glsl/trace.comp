@@ -1,12 +1,12 @@
 // One depth of every ray in the queue: closest hit, surface, children and own colour, what `intersect`,
 // `shade`, `spawn` and `shadow` do, in one. For software devices, on which queues between kernels are dear.
-// Reads queue, places, rays, media and the scene. Writes next_rays, next_media and totals: the children of ray i at
-// places of its own, and which there are. Adds its colour to slots, or leaves it to `gather` in contributions.
+// Reads queue, ray_indices, rays, media and the scene. Writes next_rays, next_media and child_masks: the children of ray i at
+// places of its own, and which there are. Adds its colour to sample_radiance, or leaves it to `gather` in contributions.
 // Counts what those kernels count.
 // One invocation per ray; those of a subgroup work together.
 #version 460
-#include "prelude.glsl"
-#include "fetch.glsl"
+#include "base/prelude.glsl"
+#include "base/fetch.glsl"
 layout(local_size_x_id = 0) in;
 
 READS(camera)
@@ -25,26 +25,26 @@ STORES_3(next_rays)
 READS(media)
 WRITES(next_media)
 READS(queue)
-WRITES(totals)
-READS(places)
+WRITES(child_masks)
+READS(ray_indices)
 UPDATES(contributions)
-UPDATES(slots)
+UPDATES(sample_radiance)
 UPDATES(paths)
 UPDATES(depth_counts)
 UPDATES(counters)
-#include "sampler.glsl"
-#include "trace.glsl"
-#include "strike.glsl"
-#include "spawn.glsl"
-#include "light.glsl"
-#include "children.glsl"
+#include "base/sampler.glsl"
+#include "traverse/traverse.glsl"
+#include "optics/strike.glsl"
+#include "optics/spawn.glsl"
+#include "optics/light.glsl"
+#include "base/children.glsl"
 
 void main() {
     uint item = item_index();
     bool mine = item < queue[0].count;
     // The last group's spare invocations take its last ray, to the limit 0, and write and count nothing.
     uint i = min(item, queue[0].count - 1u);
-    uint place = push.depth == 1u ? i : places[i];
+    uint place = push.depth == 1u ? i : ray_indices[i];
     Ray ray = load_rays(place);
     TraceRay r = make_trace_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
@@ -56,5 +56,5 @@ void main() {
     uint bits = ((s.flags & CHILD_REFLECTED) != 0u ? REFLECTED_BIT : 0u) | ((s.flags & CHILD_REFRACTED) != 0u ? REFRACTED_BIT : 0u);
     bits = any_lane(bits << gl_SubgroupInvocationID);
     // Rows of a folded dispatch may end in groups without rays.
-    if (gl_SubgroupInvocationID == 0u && group_index() * workgroup < queue[0].count) totals[item / lanes] = bits;
+    if (gl_SubgroupInvocationID == 0u && group_index() * workgroup < queue[0].count) child_masks[item / lanes] = bits;
 }

@@ -70,7 +70,7 @@ pub use accuracy::promise::{BoundedImage, Layer, Request, Target, UnfinishedBoun
 pub use compare::metrics::{Metrics, SizeMismatch, compare};
 pub use image::{Picture, ReadError, SaveError};
 pub use plan::PlanError;
-pub use render::{Mismatch, Observer, Quiet, RenderError, Rendered, Renderer, Unfinished};
+pub use render::{Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer, Unfinished};
 pub use report::Report;
 pub use scene::{Scene, SceneError};
 pub use settings::{DeviceChoice, Precision, Settings};

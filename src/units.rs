@@ -76,7 +76,13 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// To so many digits, so that 999.9 is a thousand before its unit is chosen.
+/// A measured value or an error: three significant digits, with an exponent below 0.001.
+pub fn figure(value: f64) -> String {
+    let rounded = rounded(value, 3);
+    if rounded != 0.0 && rounded.abs() < 1e-3 { format!("{rounded:e}") } else { number(rounded) }
+}
+
+/// Rounds to a number of significant digits, so that 999.9 becomes 1000 before a unit is chosen.
 fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
@@ -127,6 +133,12 @@ mod tests {
         let mib = 1 << 20;
         let cases = [0, 1023, 1024, mib - 1, 123 * mib / 2, 2048 * mib, u64::MAX].map(bytes);
         assert_eq!(cases, ["0 B", "1023 B", "1.00 KiB", "1.00 MiB", "61.5 MiB", "2.00 GiB", "16.0 EiB"]);
+    }
+
+    #[test]
+    fn figures() {
+        let cases = [0.0, 0.012_345, 1.5, 4.321e-5, 0.000_999_9, 12_345.0].map(figure);
+        assert_eq!(cases, ["0", "0.0123", "1.5", "4.32e-5", "0.001", "12300"]);
     }
 
     #[test]

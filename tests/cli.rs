@@ -70,6 +70,25 @@ fn help_and_version_are_on_standard_output() {
 }
 
 #[test]
+fn manual_pages_and_completions_are_written() {
+    let (folder, at) = folder();
+    whitted(&["man", "-o", &at("man")]).assert().success();
+    let pages = names(&folder.path().join("man"));
+    assert!(
+        pages.contains(&"whitted.1".into()) && pages.contains(&"whitted-generate-sphereflake.1".into()),
+        "{pages:?}"
+    );
+    let page = text(&whitted(&["man"]).assert().success().get_output().stdout);
+    assert_eq!(page, fs::read_to_string(at("man/whitted.1")).unwrap());
+    let shells = ["bash", "zsh", "fish", "elvish", "powershell"];
+    for shell in shells {
+        let script = text(&whitted(&["completions", shell]).assert().success().get_output().stdout);
+        assert!(script.contains("batch-samples"), "{shell}");
+    }
+    assert_eq!(whitted(&["completions", "tcsh"]).assert().failure().get_output().status.code(), Some(2));
+}
+
+#[test]
 fn bad_values_are_usage_errors() {
     let (folder, at) = folder();
     let png = at("a.png");
@@ -316,7 +335,7 @@ fn an_interrupt_ends_with_130_and_a_partial_image() {
     let (folder, at) = folder();
     let words = ["--size", "120x100", "--samples", "1000000", "--batch-samples", "4"];
     let (last, code) = interrupted(&at("a.png"), &words);
-    assert!(last.starts_with("interrupted: ") && last.contains("a.png; nothing is kept"), "{last}");
+    assert!(last.starts_with("interrupted: ") && last.contains("a.png; it cannot be resumed"), "{last}");
     assert_eq!(code, Some(130));
     assert_eq!(names(folder.path()), ["a.png"]);
     assert!(fs::read(at("a.png")).unwrap().starts_with(PNG));
@@ -330,7 +349,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
     let words = ["--size", "96x80", "--samples", "3000", "--tile-pixels", "64"];
     let (last, code) = interrupted(&output, &words);
     assert!(
-        last.ends_with("go on with --resume (from {}.partial)".replace("{}", &output).as_str()),
+        last.ends_with("continue with --resume (state in {}.partial)".replace("{}", &output).as_str()),
         "{last}"
     );
     assert_eq!(code, Some(130));
@@ -368,7 +387,7 @@ fn a_state_file_is_used_only_when_asked_for() {
     let output = small(&at("a.png")).assert().success().get_output().clone();
     assert!(text(&output.stderr).starts_with("warning: "), "{}", text(&output.stderr));
     let output = small(&at("a.png")).arg("--resume").assert().code(1).get_output().clone();
-    assert!(text(&output.stderr).contains("cannot go on from "), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("cannot continue "), "{}", text(&output.stderr));
     small("-").arg("--resume").assert().code(2);
     assert_eq!(names(folder.path()), ["a.png", "a.png.partial"]);
 }

@@ -51,8 +51,8 @@ fn tiles_batches_and_groups_change_no_bit() {
         }
         with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..none });
         with(none);
-        // Fused kernels, and shapes as their constants, where there are few.
-        let long = Schedule { constants: Some(true), ..none };
+        // Fused kernels.
+        let long = Schedule { fused: Some(true), ..none };
         with(long);
         with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..long });
         with(Schedule { tile_pixels: Some(100), workgroup: Some(256), ..long });
@@ -98,13 +98,13 @@ fn a_queue_too_small_costs_no_bit() {
     let settings = small(&scene, 40, 4, 2);
     let roomy = render(&mut renderer, &scene, &settings);
     // The kernels of short renders, and of long ones.
-    for (tile_pixels, batch_samples, constants) in
+    for (tile_pixels, batch_samples, fused) in
         [(400, 4, None), (200, 1, None), (60, 3, None), (400, 4, Some(true)), (60, 3, Some(true))]
     {
         let schedule = Schedule {
             tile_pixels: Some(tile_pixels),
             batch_samples: Some(batch_samples),
-            constants,
+            fused,
             ..Schedule::default()
         };
         let fits = render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() });

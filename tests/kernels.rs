@@ -16,10 +16,10 @@ use state::{State, variants};
 use std::rc::Rc;
 use whitted::kernel::abi::{
     BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, Contribution,
-    DEFECT_MOELLER_TRUMBORE, DEFECT_NAIVE_QUADRATIC, DEFECT_NAIVE_SUM, DEFECT_SCHLICK_INSIDE,
     FRESNEL_CONSTANT, Film, NONE, Push, Specialisation,
 };
-use whitted::kernel::table::Kernel;
+use whitted::kernel::defects::Defect;
+use whitted::kernel::table::{Kernel, KernelSet};
 use whitted::reference::twin::single::Memory;
 use whitted::vk::Device;
 
@@ -44,7 +44,6 @@ fn check(
 
 fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
     let device: Rc<Device> = device();
-    // Packets are for hierarchies, where lanes can shuffle.
     let lanes = [0, device.limits().shuffle_lanes];
     for ((name, variant), lanes) in variants().into_iter().flat_map(|v| lanes.map(|l| (v, l))) {
         let with_lanes = |mut state: State| {
@@ -55,7 +54,7 @@ fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &Sta
         };
         // One for all seeds: compiling takes longer than running.
         let first = with_lanes(State::new(variant, 0));
-        if lanes != 0 && (first.spec.use_bvh == 0 || !matches!(lanes, 4 | 8)) {
+        if !matches!(lanes, 0 | 4 | 8) {
             continue;
         }
         let mut bench = Bench::new(&device, &first.spec, &first.memory);
@@ -119,37 +118,6 @@ fn packets_read_compressed_nodes() {
     assert!(hits(&found) < hits(&twin), "{} of {}", hits(&found), hits(&twin));
 }
 
-/// A state whose shapes are constants of the kernels: one compilation each.
-fn known_shapes(device: &Device) -> State {
-    let mut state = State::new(variants()[0].1, 4);
-    let m = &state.memory;
-    let corners = m.triangles.iter().map(|t| [t.a, t.b, t.c].concat());
-    let spheres = m.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat());
-    for (row, numbers) in
-        state.spec.few.chunks_mut(whitted::kernel::abi::FEW_ROW as usize).zip(corners.chain(spheres))
-    {
-        row.iter_mut().zip(numbers).for_each(|(word, x)| *word = x.to_bits());
-    }
-    (state.spec.few_known, state.spec.fused, state.spec.texels) = (1, 1, 1);
-    state.spec.lanes = device.limits().shuffle_lanes;
-    state
-}
-
-#[test]
-fn intersect_known_shapes() {
-    let device: Rc<Device> = device();
-    let state = known_shapes(&device);
-    let mut bench = Bench::new(&device, &state.spec, &state.memory);
-    let twin = check(&mut bench, &state, &state.memory, Kernel::Intersect, &state.push(), "known shapes");
-    assert!(twin.hits[..state.count()].iter().any(|h| h.primitive != NONE));
-    // Shapes of another scene must show.
-    let other = Specialisation { few: state.spec.few.map(|w| w ^ 0x8000_0000), ..state.spec };
-    let mut bench = Bench::new(&device, &other, &state.memory);
-    bench.upload(&state.memory);
-    bench.run(Kernel::Intersect, &state.push(), state.push().items);
-    assert!(!differences(&twin, &bench.download(&state.memory)).is_empty(), "the constants change nothing");
-}
-
 #[test]
 fn shade() {
     each_state(0..4, |bench, state, rng, what| {
@@ -167,7 +135,10 @@ fn scan() {
         for case in 0..40 {
             let mut memory = state.memory.clone();
             let Specialisation { workgroup, lanes, fused, .. } = state.spec;
-            let most = memory.totals.len() as u32 * if fused == 0 { workgroup } else { lanes };
+            let most = match fused {
+                0 => memory.child_counts.len() as u32 * workgroup,
+                _ => memory.child_masks.len() as u32 * lanes,
+            };
             // Also none, one, and one more than fills groups, runs and rows.
             let count = match case {
                 0..6 => {
@@ -179,13 +150,17 @@ fn scan() {
             };
             memory.queue[0] = queue_of(count, state.spec.workgroup);
             let limit = state.spec.workgroup + 1;
-            memory.totals.iter_mut().for_each(|t| {
-                *t = match fused {
-                    0 => rng.below(limit) << 16 | rng.below(limit),
-                    // A bit for each lane's reflection ray and for its refraction ray.
-                    _ => rng.below(1 << lanes) << 16 | rng.below(1 << lanes),
-                }
-            });
+            match fused {
+                0 => memory
+                    .child_counts
+                    .iter_mut()
+                    .for_each(|t| *t = rng.below(limit) << 16 | rng.below(limit)),
+                // A bit for each lane's reflection ray and for its refraction ray.
+                _ => memory
+                    .child_masks
+                    .iter_mut()
+                    .for_each(|t| *t = rng.below(1 << lanes) << 16 | rng.below(1 << lanes)),
+            }
             memory.depth_counts.iter_mut().for_each(|d| d.traced = rng.below(100));
             let capacity = if case % 3 == 0 { rng.below(2 * count + 2) } else { u32::MAX };
             let push = Push { capacity, ..state.push() };
@@ -205,10 +180,10 @@ fn sum(memory: &Memory, spec: &Specialisation) -> u32 {
     let groups =
         memory.offsets.iter().take_while(|o| **o != whitted::reference::twin::single::POISON).count();
     match spec.fused {
-        0 => memory.totals[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum(),
+        0 => memory.child_counts[..groups].iter().map(|t| (t >> 16) + (t & 0xffff)).sum(),
         _ => {
             let words = groups * (spec.workgroup / spec.lanes) as usize;
-            memory.totals[..words].iter().map(|t| t.count_ones()).sum()
+            memory.child_masks[..words].iter().map(|t| t.count_ones()).sum()
         }
     }
 }
@@ -266,8 +241,8 @@ fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
             memory.materials.iter_mut().for_each(|m| (m.fresnel_kind, m.fresnel) = (FRESNEL_CONSTANT, 1.0));
         }
         for i in 0..state.count() {
-            memory.places[i] = i as u32;
-            memory.places.swap(i, rng.below(i as u32 + 1) as usize);
+            memory.ray_indices[i] = i as u32;
+            memory.ray_indices.swap(i, rng.below(i as u32 + 1) as usize);
         }
         (memory, Push { depth, last_depth: 3, ..state.lights(0, state.spec.light_count) })
     })
@@ -308,24 +283,16 @@ fn place() {
 }
 
 #[test]
-fn trace_known_shapes() {
-    let device: Rc<Device> = device();
-    let state = known_shapes(&device);
-    let mut bench = Bench::new(&device, &state.spec, &state.memory);
-    check_trace(&mut bench, &state, &mut Rng::new(7), "known shapes");
-}
-
-#[test]
 fn gather() {
     each_state(0..4, |bench, state, rng, what| {
         let mut memory = state.memory.clone();
-        let mut slot = 0;
+        let mut sample_index = 0;
         for i in 0..state.count() {
-            slot += u32::from(rng.below(3) == 0);
+            sample_index += u32::from(rng.below(3) == 0);
             let scale = rng.pick(&[1.0, 1e-30, 1e30, -1.0, 1e-40, 3e38, f32::INFINITY, f32::NAN, 0.0, -0.0]);
-            memory.contributions[i] = Contribution { light: rng.vector().map(|c| c * scale), slot };
+            memory.contributions[i] = Contribution { light: rng.vector().map(|c| c * scale), sample_index };
         }
-        memory.slots.iter_mut().for_each(|s| *s = rng.vector());
+        memory.sample_radiance.iter_mut().for_each(|s| *s = rng.vector());
         check(bench, state, &memory, Kernel::Gather, &state.push(), what);
     });
 }
@@ -336,7 +303,7 @@ fn resolve() {
         let mut memory = state.memory.clone();
         // What sums of cut throughput may overflow: the high word must take over.
         memory.marks.iter_mut().for_each(|m| m.cut_low = u32::MAX - rng.below(1 << 31));
-        for s in &mut memory.slots {
+        for s in &mut memory.sample_radiance {
             let scale = rng.pick(&[1.0, 1.0, 1e-8, 1e8, 1e-40, 3e38, f32::NAN, 0.0, -0.0]);
             *s = rng.vector().map(|c| c * scale);
         }
@@ -358,8 +325,8 @@ fn one_flipped_bit_anywhere_is_seen() {
     memory.depth_counts.iter_mut().for_each(|d| d.shadow = 3);
     memory.film.iter_mut().for_each(|f| f.sum = [1.0; 3]);
     memory.self_test.fill(1.0);
-    memory.contributions.fill(Contribution { light: [1.0; 3], slot: 1 });
-    memory.slots.fill([1.0; 3]);
+    memory.contributions.fill(Contribution { light: [1.0; 3], sample_index: 1 });
+    memory.sample_radiance.fill([1.0; 3]);
     assert!(differences(&memory, &memory.clone()).is_empty());
     for (name, _, buffer) in BUFFERS {
         let mut other = memory.clone();
@@ -388,22 +355,23 @@ fn a_kernel_with_a_planted_defect_differs_from_its_twin() {
     let device = device();
     let state = State::new(variants()[0].1, 3);
     for (kernel, defect) in [
-        (Kernel::Intersect, DEFECT_MOELLER_TRUMBORE),
-        (Kernel::Intersect, DEFECT_NAIVE_QUADRATIC),
-        (Kernel::Shade, DEFECT_SCHLICK_INSIDE),
-        (Kernel::Resolve, DEFECT_NAIVE_SUM),
+        (Kernel::Intersect, Defect::MoellerTrumbore),
+        (Kernel::Intersect, Defect::NaiveQuadratic),
+        (Kernel::Shade, Defect::SchlickInside),
+        (Kernel::Resolve, Defect::NaiveSum),
     ] {
         let mut memory = state.hit();
         memory.film.iter_mut().for_each(|f| *f = Film { sum: [1e6; 3], compensation: [0.0; 3] });
         let push = Push { tile_pixels: 101, batch_samples: 5, ..state.push() };
-        let mut bench = Bench::new(&device, &Specialisation { defect, ..state.spec }, &memory);
-        bench.upload(&memory);
-        bench.run(kernel, &push, push.items);
         let mut twin = memory.clone();
         twin.run(kernel, &state.spec, &push);
-        assert!(
-            !differences(&twin, &bench.download(&memory)).is_empty(),
-            "defect {defect} of {kernel:?} passes"
-        );
+        let by_device = |defect| {
+            let mut bench = Bench::of(KernelSet::planted(defect), &device, &state.spec, &memory);
+            bench.upload(&memory);
+            bench.run(kernel, &push, push.items);
+            bench.download(&memory)
+        };
+        assert!(!differences(&twin, &by_device(defect)).is_empty(), "{defect:?} of {kernel:?} passes");
+        assert_same(&format!("{kernel:?} with nothing planted"), &twin, &by_device(Defect::Nothing));
     }
 }

@@ -42,7 +42,7 @@ fn compiled() -> Vec<Compiled> {
             let module = spirv::Module { contractible: 0, arithmetic: 0, ..spirv::read(&words).unwrap() };
             Compiled { kernel: k.name.into(), form: form.into(), module, words }
         };
-    KERNELS.iter().flat_map(|k| [form(k, "f64", k.double), form(k, "few", k.few)]).collect()
+    KERNELS.iter().flat_map(|k| [form(k, "f64", k.double), form(k, "packet", k.packet)]).collect()
 }
 
 #[test]

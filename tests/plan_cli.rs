@@ -122,5 +122,5 @@ fn a_receipt_prices_what_is_absent() {
     let rays = receipt["rays_over_predicted"].as_f64().unwrap();
     assert!((0.8..1.2).contains(&rays), "{rays}");
     let said = String::from_utf8(done.stderr).unwrap();
-    assert!(said.contains("not paid for") && said.contains("same bits"), "{said}");
+    assert!(said.contains("left out") && said.contains("same bits"), "{said}");
 }

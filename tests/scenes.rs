@@ -4,12 +4,12 @@
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use whitted::compare::metrics::{edge_length, mismatch_bound};
+use whitted::kernel::defects::Defect;
 use whitted::lab::stress::moved;
 use whitted::reference::oracle::Oracle;
-use whitted::render::{Quiet, Renderer};
+use whitted::render::Renderer;
 use whitted::report::Counters;
 use whitted::scene::Scene;
-use whitted::settings::defect::Defect;
 use whitted::settings::{DeviceChoice, Settings};
 
 fn scenes() -> Vec<(PathBuf, Scene)> {
@@ -64,12 +64,10 @@ fn a_power_of_two_in_scale_changes_no_bit() {
 #[test]
 fn without_the_local_frame_scale_changes_bits() {
     let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
+    renderer.plant(Defect::WorldFrame);
     let (_, scene) = scenes().remove(0);
-    let mut world = |scene: &Scene| {
-        let settings = Settings { planted: Some(Defect::WorldFrame), ..small(scene) };
-        renderer.render(scene, &settings).unwrap().linear
-    };
-    assert!(world(&scene) != world(&moved(&scene, 2f64.powi(-60), DVec3::ZERO)));
+    let scaled = moved(&scene, 2f64.powi(-60), DVec3::ZERO);
+    assert!(picture(&mut renderer, &scene) != picture(&mut renderer, &scaled));
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The compiled kernels, as the build left them: no float operation may be contracted, nothing with
 //! unstated rounding is used. lavapipe contracts nothing, so a rendering could not show it.
 
+use whitted::kernel::defects;
 use whitted::kernel::spirv::{forbid_contraction, read};
-use whitted::kernel::table::KERNELS;
+use whitted::kernel::table::{KERNELS, Kernel, KernelSet, Spirv};
 
 const OP_DECORATE: u32 = 71;
 const NO_CONTRACTION: u32 = 42;
@@ -55,6 +56,31 @@ fn a_banned_instruction_is_seen() {
     // OpExtInst %1 %2 %3 Fma %4 %5 %6: eight words, opcode 12, instruction 50.
     words.extend([8 << 16 | 12, 1, 2, 3, 50, 4, 5, 6]);
     assert_eq!(read(&words).unwrap().banned.len(), 2);
+}
+
+/// Whether a module has the specialisation constant that chooses a planted mistake.
+fn has_mistakes(spirv: Spirv) -> bool {
+    const SPEC_ID: u32 = 1;
+    let words = spirv.words();
+    let mut at = 5;
+    while at < words.len() {
+        if words[at] & 0xffff == OP_DECORATE && words[at + 2..at + 4] == [SPEC_ID, defects::ID] {
+            return true;
+        }
+        at += (words[at] >> 16) as usize;
+    }
+    false
+}
+
+#[test]
+fn shipped_kernels_have_no_planted_mistakes() {
+    for code in &KERNELS {
+        for spirv in [code.single, code.double, code.packet] {
+            assert!(!has_mistakes(spirv), "{}", code.name);
+        }
+    }
+    let planted = KernelSet::planted(defects::Defect::Nothing).code(Kernel::Intersect);
+    assert!(has_mistakes(planted.single) && has_mistakes(planted.double) && has_mistakes(planted.packet));
 }
 
 #[test]

@@ -10,6 +10,7 @@ use std::io::BufReader;
 use std::path::Path;
 use std::rc::Rc;
 use whitted::compare::metrics::compare;
+use whitted::kernel::defects::Defect;
 use whitted::lab::sweep::axes::{Axis, grid};
 use whitted::lab::sweep::truth::{REPLICATES, Truth};
 use whitted::lab::sweep::{Plan, Record, SweepError, Watch, run};
@@ -17,7 +18,6 @@ use whitted::reference::oracle::Oracle;
 use whitted::render::Observer;
 use whitted::scene::Scene;
 use whitted::settings::Settings;
-use whitted::settings::defect::Defect;
 use whitted::settings::sampler::Sampler;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
@@ -66,7 +66,7 @@ impl Counting {
     }
 
     fn points(&self) -> usize {
-        self.begun.borrow().iter().filter(|b| b.starts_with("point ")).count()
+        self.begun.borrow().iter().filter(|b| b.starts_with("setting ")).count()
     }
 }
 
@@ -141,15 +141,16 @@ fn the_oracle_judges_as_the_device_does() {
 fn a_planted_defect_shows_as_error_that_no_samples_mend() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let over = ["samples=16", "depth=5"];
-    let sound = sweep(&Plan { truth_samples: 64, ..plan(a.path(), &over) });
-    let mut plan = Plan { truth_samples: 64, ..plan(b.path(), &over) };
-    plan.base.planted = Some(Defect::ShadowBeyond);
-    let planted = sweep(&plan);
+    // The oracle traces the truth, which no planted mistake reaches.
+    let judged = |folder: &Path| Plan { truth_samples: 64, oracle: true, ..plan(folder, &over) };
+    let sound = sweep(&judged(a.path()));
+    let mut wrong = renderer();
+    wrong.plant(Defect::ShadowBeyond);
+    let planted = run(&mut wrong, &judged(b.path()), &mut Counting::new(usize::MAX)).expect("a sweep");
     let error = |record: &Record| record.rows[0].error.clone().unwrap();
     let (sound, planted) = (error(&sound), error(&planted));
     assert!(sound.limit.unwrap() < 1e-3 && sound.total < 0.02, "{sound:?}");
     assert!(planted.limit.unwrap() > 0.05 && planted.total > 0.05, "{planted:?}");
-    // Both were judged by the same truth, which has no defect.
     assert_eq!(sound.truth, planted.truth);
 }
 
@@ -241,7 +242,7 @@ fn the_command_writes_everything() {
     ];
     let first = whitted(&words).args(over).assert().success().get_output().clone();
     let text = String::from_utf8(first.stdout).unwrap();
-    assert!(text.contains("no point is faster and better") && text.contains("cheapest point"), "{text}");
+    assert!(text.contains("Pareto front") && text.contains("fastest setting"), "{text}");
     for name in ["sweep.json", "sweep.csv", "index.html", "truth.bin"] {
         assert!(out.join(name).is_file(), "{name}");
     }
@@ -258,7 +259,7 @@ fn the_command_writes_everything() {
     );
     assert_eq!(fs::read_to_string(out.join("sweep.csv")).unwrap().lines().count(), 1 + 72);
     let page = fs::read_to_string(out.join("index.html")).unwrap();
-    assert!(page.contains("software device") && page.contains("<svg") && page.len() < 5_000_000);
+    assert!(page.contains("CPU driver") && page.contains("<svg") && page.len() < 5_000_000);
     assert_eq!(page.matches("<tr").count(), page.matches("</tr>").count());
 
     // Once more: nothing is rendered again, so every figure is the same, times too.
@@ -274,8 +275,8 @@ fn mistakes_are_usage_errors_and_leave_nothing() {
     let out = folder.path().join("out");
     let cases = [
         (vec!["samples=0"], "write whole numbers from 1"),
-        (vec!["sample=1"], "there is no axis `sample`"),
-        (vec!["depth=1", "depth=2"], "named twice"),
+        (vec!["sample=1"], "unknown axis `sample`"),
+        (vec!["depth=1", "depth=2"], "given twice"),
         (vec!["samples=1..1024", "seed=0..99999"], "more than"),
     ];
     for (over, part) in cases {
@@ -340,7 +341,7 @@ fn an_interrupt_keeps_the_finished_points() {
     let mut rest = String::new();
     lines.read_to_string(&mut rest).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
-    assert!(rest.contains("the same command goes on from there"), "{rest}");
+    assert!(rest.contains("the same command continues from there"), "{rest}");
     let kept = stored(folder.path());
     assert!((1..13).contains(&kept.rows.len()) && kept.points == 13);
     assert_eq!(kept.rows[0].name, "samples=1");

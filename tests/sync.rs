@@ -22,10 +22,9 @@ fn validated() -> Renderer {
 fn every_scene_is_valid() {
     let mut renderer = validated();
     for (name, scene) in scenes() {
-        // Shapes as constants: then kernels are fused without a hierarchy too.
-        for constants in [None, Some(true)] {
+        for fused in [None, Some(true)] {
             let schedule =
-                Schedule { tile_pixels: Some(120), batch_samples: Some(1), constants, ..Schedule::default() };
+                Schedule { tile_pixels: Some(120), batch_samples: Some(1), fused, ..Schedule::default() };
             let settings = Settings { schedule, ..small(&scene, 20, 2, 0) };
             render(&mut renderer, &scene, &settings);
             let messages = renderer.validation_messages();
@@ -39,22 +38,21 @@ fn a_missing_barrier_is_reported() {
     let (_, scene) = scenes().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
     let general = General::default().with(Feature::SplitKernels);
     let split = Schedule { general, ..Schedule::default() };
-    // The scene is one of brute force, whose kernels are fused once its shapes are constants.
-    let fused = Schedule { constants: Some(true), ..Schedule::default() };
+    let fused = Schedule { fused: Some(true), ..Schedule::default() };
     // Each with the buffer that the pass after it reads too early. Not `spawn`: what it writes is read
     // a depth later, behind other barriers; and `resolve` is followed by the next batch alone.
     for (kernel, buffer, schedule) in [
         (Kernel::Generate, Buf::Rays, &split),
         (Kernel::Intersect, Buf::Hits, &split),
-        (Kernel::Shade, Buf::Totals, &split),
+        (Kernel::Shade, Buf::ChildCounts, &split),
         (Kernel::Scan, Buf::Counters, &split),
         (Kernel::Shadow, Buf::Contributions, &split),
-        (Kernel::Gather, Buf::Slots, &split),
-        (Kernel::Trace, Buf::Totals, &fused),
-        (Kernel::Place, Buf::Places, &fused),
+        (Kernel::Gather, Buf::SampleRadiance, &split),
+        (Kernel::Trace, Buf::ChildMasks, &fused),
+        (Kernel::Place, Buf::RayIndices, &fused),
     ] {
         let mut renderer = validated();
-        renderer.omit_barrier_after(Some(kernel));
+        renderer.omit_barrier_after(kernel);
         let settings = Settings { schedule: *schedule, ..small(&scene, 8, 1, 0) };
         render(&mut renderer, &scene, &settings);
         let messages = renderer.validation_messages();

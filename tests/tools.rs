@@ -147,7 +147,7 @@ fn a_profile_agrees_with_a_render() {
         assert!(q("lower") <= q("median") && q("median") <= q("upper"), "{row}");
     }
     let text = String::from_utf8_lossy(&output.stderr);
-    assert!(text.contains("quartiles apart") && text.contains("3 runs"), "{text}");
+    assert!(text.contains("IQR") && text.contains("3 runs"), "{text}");
 
     // The trace: every kernel by its name, as often as it is launched, on exactly its items.
     let (host, device) = (track(&trace, "host"), track(&trace, "device"));

@@ -10,7 +10,7 @@ use std::time::Instant;
 use whitted::image::linear_sha256;
 use whitted::plan::{Plan, pack_for};
 use whitted::prepare::Packed;
-use whitted::render::{Quiet, Rendered, Renderer};
+use whitted::render::{Rendered, Renderer};
 use whitted::report::Report;
 use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Settings};

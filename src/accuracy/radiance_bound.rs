@@ -81,7 +81,7 @@ fn limit_by(scene: &Scene, distance: fn(&[DVec3; 3], DVec3) -> f64, cosine: f64)
     }
     limit.rgb = limit.rgb.map(|c| c * ROUNDED_UP);
     if limit.unbounded.is_none() && limit.rgb.iter().any(|c| !c.is_finite()) {
-        limit.unbounded = Some("the light at some surface is beyond what a number can hold".to_owned());
+        limit.unbounded = Some("the light at some surface overflows".to_owned());
     }
     limit
 }
@@ -107,7 +107,7 @@ fn touches(scene: &Scene, light: usize, material: usize, object: Object) -> Stri
         Object::Sphere(i) => format!("sphere {}", i + 1),
     };
     format!(
-        "light {} at ({}, {}, {}) touches {what} of material \"{}\": there brightness has no limit; move the light \
+        "light {} at ({}, {}, {}) touches {what} of material \"{}\": brightness there is unbounded; move the light \
          off the surface",
         light + 1,
         at.x,

@@ -42,7 +42,7 @@ pub(crate) fn settings(
         let Settings { width, height, .. } = settings;
         if x1 > width || y1 > height {
             return Err(Failure::Usage(format!(
-                "--crop reaches to {x1},{y1}, outside the image of {width}x{height} pixels"
+                "--crop ends at {x1},{y1}, outside the image of {width}x{height} pixels"
             )));
         }
         settings.crop = Some(crop);
@@ -70,7 +70,9 @@ impl Deliver<'_> {
         console: &mut Console,
     ) -> Result<Report, Failure> {
         if rendered.done == 0.0 {
-            return Err(Failure::Interrupted("interrupted before the first pixel; nothing is saved".into()));
+            return Err(Failure::Interrupted(
+                "interrupted before the first pixel; nothing was written".into(),
+            ));
         }
         let report = &mut rendered.report;
         report.image.file = match &self.args.output {
@@ -117,14 +119,14 @@ pub(crate) fn say_layers(names: &[PathBuf], console: &mut Console) {
     }
 }
 
-/// A time that was asked for and has passed is not kept, whatever else was.
+/// Marks `--time` as not kept if the process took longer.
 fn late(report: &mut Report) {
     let asked = &mut report.asked;
     if let (Some(time), Some(true)) = (asked.time, asked.met)
         && report.time.wall > (1.0 + promise::LATE) * time
     {
         asked.met = Some(false);
-        asked.unmet_why = Some(format!("it took {}", units::seconds(report.time.wall)));
+        asked.unmet_why = Some(format!("the render took {}", units::seconds(report.time.wall)));
     }
 }
 
@@ -135,7 +137,7 @@ pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(
         .with_context(|| format!("cannot write {}", path.display()))?)
 }
 
-/// Fails if the validation layer had anything to say.
+/// Prints the messages of the validation layer; fails if there are any.
 pub(crate) fn validated(messages: &[String], console: &mut Console) -> Result<(), Failure> {
     for message in messages {
         console.error(message);

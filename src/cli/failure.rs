@@ -1,9 +1,47 @@
 //! Why a command ended early, and with which exit code.
 
-use crate::cli::progress;
 use crate::render::RenderError;
 use crate::scene::SceneError;
 use std::error::Error;
+
+/// Exit code of the process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Code {
+    /// What was asked for is done.
+    Done = 0,
+    /// A failure without a code of its own.
+    Failed = 1,
+    /// The command line cannot be carried out. clap exits with the same code.
+    Usage = 2,
+    /// The scene is wrong.
+    Scene = 3,
+    /// No device can render.
+    NoDevice = 4,
+    /// The device was lost.
+    DeviceLost = 5,
+    /// `compare --threshold`.
+    AboveThreshold = 6,
+    /// `render --error` or `--time`.
+    Unmet = 7,
+    /// Ctrl-C: 128 + SIGINT.
+    Interrupted = 130,
+}
+
+impl Code {
+    /// All codes in ascending order, each with its meaning as help, manual page and guide print it.
+    pub const ALL: [(Code, &str); 9] = [
+        (Code::Done, "done"),
+        (Code::Failed, "failure"),
+        (Code::Usage, "usage: the command line is wrong or cannot be carried out"),
+        (Code::Scene, "the scene is wrong; the message names the place and a remedy"),
+        (Code::NoDevice, "no suitable device"),
+        (Code::DeviceLost, "the device was lost"),
+        (Code::AboveThreshold, "compare: the difference is above --threshold"),
+        (Code::Unmet, "render: --error or --time was not kept; the image is saved, the message says why"),
+        (Code::Interrupted, "interrupted; what was done is saved"),
+    ];
+}
 
 /// Anything but success.
 #[derive(Debug, thiserror::Error)]
@@ -44,17 +82,16 @@ impl Failure {
         text
     }
 
-    /// 1 failure, 2 usage, 3 scene, 4 no suitable device, 5 device lost, 6 above the threshold, 7 error or time
-    /// not kept, 130 interrupted.
-    pub fn exit_code(&self) -> u8 {
+    /// The exit code of this failure.
+    pub fn code(&self) -> Code {
         match self {
-            Failure::Usage(_) => 2,
-            Failure::Scene(_) => 3,
-            Failure::Render(RenderError::NoDevice(_) | RenderError::NoDouble { .. }) => 4,
-            Failure::Render(RenderError::DeviceLost(_)) => 5,
-            Failure::AboveThreshold(_) => 6,
-            Failure::Unmet(_) => 7,
-            Failure::Interrupted(_) => progress::INTERRUPTED,
+            Failure::Usage(_) => Code::Usage,
+            Failure::Scene(_) => Code::Scene,
+            Failure::Render(RenderError::NoDevice(_) | RenderError::NoDouble { .. }) => Code::NoDevice,
+            Failure::Render(RenderError::DeviceLost(_)) => Code::DeviceLost,
+            Failure::AboveThreshold(_) => Code::AboveThreshold,
+            Failure::Unmet(_) => Code::Unmet,
+            Failure::Interrupted(_) => Code::Interrupted,
             Failure::Render(
                 RenderError::OutOfMemory(_)
                 | RenderError::DoesNotFit(_)
@@ -63,8 +100,13 @@ impl Failure {
                 | RenderError::Mismatch(_)
                 | RenderError::Vulkan(_),
             )
-            | Failure::Other(_) => 1,
+            | Failure::Other(_) => Code::Failed,
         }
+    }
+
+    /// [`Failure::code`] as a number.
+    pub fn exit_code(&self) -> u8 {
+        self.code() as u8
     }
 }
 
@@ -107,5 +149,11 @@ mod tests {
         let lines: Vec<&str> = scene.lines().collect();
         assert!(lines[0].starts_with("no/such.toml: scene") && lines[1].starts_with("  help: "), "{scene}");
         assert!(lines[2].starts_with("  cause: ") && lines.len() == 3, "{scene}");
+    }
+
+    #[test]
+    fn the_table_lists_each_code_once_in_ascending_order() {
+        let codes = Code::ALL.map(|(code, _)| code as u8);
+        assert!(codes.windows(2).all(|pair| pair[0] < pair[1]), "{codes:?}");
     }
 }

@@ -1,14 +1,12 @@
 //! Progress on standard error, and Ctrl-C.
 
+use crate::cli::failure::Code;
 use crate::render::Observer;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-
-/// Exit code of an interrupted process: 128 + SIGINT.
-pub const INTERRUPTED: u8 = 130;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
@@ -17,7 +15,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub fn catch_interrupts() -> Result<()> {
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(INTERRUPTED.into());
+            std::process::exit(Code::Interrupted as i32);
         }
         // Standard error may be gone; stopping matters more than saying so.
         let _ = writeln!(

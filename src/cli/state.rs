@@ -1,4 +1,4 @@
-//! The state file beside an image, `OUT.partial`: what an interrupted render has finished.
+//! The state file next to an image, `OUT.partial`: the finished part of an interrupted render.
 
 use super::console::Console;
 use super::failure::Failure;
@@ -9,18 +9,18 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-/// A state file, there or not.
+/// Path of a state file, which need not exist.
 pub(super) struct StateFile(PathBuf);
 
 impl StateFile {
-    /// That of an image file.
+    /// The state file of an image file.
     pub(super) fn of(image: &Path) -> StateFile {
         let mut name = image.as_os_str().to_owned();
         name.push(".partial");
         StateFile(name.into())
     }
 
-    /// What to go on from, with `resume`; else a warning if there is something.
+    /// The stored state if `resume` is set; otherwise only warns if there is one.
     pub(super) fn earlier<T>(
         &self,
         resume: bool,
@@ -35,19 +35,19 @@ impl StateFile {
             }
             (true, false) => {
                 console.say(&format!(
-                    "warning: {name} holds an unfinished render and is left alone; --resume would go on with it"
+                    "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is"
                 ));
                 Ok(None)
             }
             (false, true) => {
-                console.say(&format!("there is no {name} to go on from: beginning"));
+                console.say(&format!("there is no {name} to continue: starting from the beginning"));
                 Ok(None)
             }
             (false, false) => Ok(None),
         }
     }
 
-    /// A render's error, with what to do where this file is the cause.
+    /// A render's error, with a remedy if this file is the cause.
     pub(super) fn explain(&self, error: RenderError) -> Failure {
         match error {
             RenderError::Mismatch(why) => self.refuse(&why),
@@ -57,7 +57,7 @@ impl StateFile {
 
     fn refuse(&self, why: &dyn std::fmt::Display) -> Failure {
         Failure::Other(anyhow!(
-            "cannot go on from {}: {why}; restore what it was begun with, or leave out --resume to begin again",
+            "cannot continue {}: {why}; restore what differs, or leave out --resume to start from the beginning",
             self.0.display()
         ))
     }
@@ -78,7 +78,7 @@ impl StateFile {
         }
     }
 
-    /// For messages.
+    /// Its path.
     pub(super) fn path(&self) -> &Path {
         &self.0
     }

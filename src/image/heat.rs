@@ -1,9 +1,9 @@
 //! Numbers as colours: the map "inferno" of Smith and van der Walt (matplotlib, 2015), in which a larger
-//! number is always lighter, and pictures of such numbers with a bar that tells the scale.
+//! number is always lighter, and pictures of such numbers above a legend: quantity, unit, colour bar and scale.
 
-use super::canvas::{Canvas, Color, text_height, text_width};
-use super::{Metadata, png8};
-use crate::units::number;
+use super::canvas::{Canvas, Color};
+use super::{Metadata, png8, text};
+use crate::units::figure;
 use std::io::{self, Write};
 
 /// Colour of what is not a number: none that [`heat`] gives.
@@ -15,9 +15,10 @@ const TEXT: Color = [214, 218, 226];
 const GAP: u32 = 6;
 /// Height of the bar.
 const BAR: u32 = 12;
-/// Narrower pictures get a legend of this width beside empty ground.
+/// Least width of a legend; the area beside a narrower picture stays empty.
 const LEGEND_LEAST: u32 = 240;
-/// From this width on the legend's text is twice as large.
+/// Height of a line of the legend's text: of narrow pictures, and from [`LARGE`] pixels of width on.
+const LINES: [u32; 2] = [14, 24];
 const LARGE: u32 = 600;
 
 /// sRGB code of a number in [0, 1]: black, violet, red, orange, pale yellow. Outside, the nearest end;
@@ -29,13 +30,13 @@ pub fn heat(value01: f64) -> [u8; 3] {
     colorous::INFERNO.eval_continuous(value01.clamp(0.0, 1.0)).as_array()
 }
 
-/// Which numbers the ends of the colours stand for.
+/// The numbers at the ends of the colour bar.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Range {
-    /// The least (or 0, if that is less) and the greatest finite number of the picture.
+    /// The smaller of 0 and the least finite number of the picture, and the greatest.
     #[default]
     Auto,
-    /// These; numbers beyond take the colour of the end.
+    /// These; numbers outside get the colour of the nearer end.
     Given(f64, f64),
 }
 
@@ -46,7 +47,7 @@ pub struct Painted {
 }
 
 impl Range {
-    /// The ends, the first less than the second or equal to it.
+    /// The ends, in ascending order.
     pub fn ends(self, values: &[f64]) -> (f64, f64) {
         match self {
             Range::Given(a, b) => (a.min(b), a.max(b)),
@@ -58,38 +59,57 @@ impl Range {
     }
 }
 
-/// Paints rows of `width` numbers, and below them what the colours mean; `what` names the numbers and
-/// their unit. What does not fill a row is left out.
+/// Paints rows of `width` numbers, and below them a legend. `what` is the quantity and its unit; it is wrapped to
+/// the width of the picture. An incomplete last row is left out.
 pub fn paint(values: &[f64], width: u32, range: Range, what: &str) -> Painted {
     let height = values.len().checked_div(width as usize).unwrap_or(0) as u32;
     let (lo, hi) = range.ends(values);
     let place = |v: f64| if hi > lo { (v - lo) / (hi - lo) } else { v - lo };
-    let scale = if width >= LARGE { 2 } else { 1 };
-    let line = text_height(scale);
-    let strip = line + BAR + line + 4 * GAP;
-    let mut canvas = Canvas::new(width.max(LEGEND_LEAST), height + strip, GROUND);
+    let line = LINES[usize::from(width >= LARGE)];
+    let missing = values.iter().any(|v| v.is_nan());
+    let what = if missing { format!("{what} (cyan: no value)") } else { what.to_owned() };
+    let full = width.max(LEGEND_LEAST);
+    let titles = wrapped(&what, full - 2 * GAP, line);
+    let strip = titles.len() as u32 * line + BAR + line + 4 * GAP;
+    let mut canvas = Canvas::new(full, height + strip, GROUND);
     for (i, value) in (0u32..).zip(&values[..width as usize * height as usize]) {
         canvas.fill([i % width, i / width], [1, 1], heat(place(*value)));
     }
 
-    let missing = values.iter().any(|v| v.is_nan());
-    let what = if missing { format!("{what} (cyan: no number)") } else { what.to_owned() };
     let mut top = height + GAP;
-    canvas.text([GAP, top], &what, scale, TEXT);
-    top += line + GAP;
+    for title in &titles {
+        canvas.text([GAP, top], title, line, TEXT);
+        top += line;
+    }
+    top += GAP;
     let (left, bar) = (GAP, canvas.width - 2 * GAP);
     for x in 0..bar {
         canvas.fill([left + x, top], [1, BAR], heat(f64::from(x) / f64::from(bar - 1)));
     }
     top += BAR + GAP;
     let middle = lo + (hi - lo) / 2.0;
-    let labels = [lo, middle, hi].map(|v| number(format!("{v:.2e}").parse().unwrap_or(v)));
-    let widths = [0, 1, 2].map(|i| text_width(&labels[i], scale));
+    let labels = [lo, middle, hi].map(figure);
+    let widths = [0, 1, 2].map(|i| text::width(&labels[i], line));
     let places = [left, left + (bar.saturating_sub(widths[1])) / 2, left + bar.saturating_sub(widths[2])];
     for (label, x) in labels.iter().zip(places) {
-        canvas.text([x, top], label, scale, TEXT);
+        canvas.text([x, top], label, line, TEXT);
     }
     Painted { canvas }
+}
+
+/// Breaks a text between words into lines of at most `width` pixels. A longer word is a line of its own.
+fn wrapped(text: &str, width: u32, size: u32) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        let longer = if lines[last].is_empty() { word.to_owned() } else { format!("{} {word}", lines[last]) };
+        if lines[last].is_empty() || text::width(&longer, size) <= width {
+            lines[last] = longer;
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
 }
 
 impl Painted {
@@ -158,8 +178,8 @@ mod tests {
         }
         // The bar runs from one end of the colours to the other.
         let [width, height] = painted.size();
-        assert_eq!((width, height), (LEGEND_LEAST, 2 + 2 * 8 + BAR + 4 * GAP));
-        let row = 2 + GAP + 8 + GAP + BAR / 2;
+        assert_eq!((width, height), (LEGEND_LEAST, 2 + 2 * LINES[0] + BAR + 4 * GAP));
+        let row = 2 + GAP + LINES[0] + GAP + BAR / 2;
         assert_eq!(
             (pixel(&painted, GAP, row), pixel(&painted, width - GAP - 1, row)),
             (heat(0.0), heat(1.0))
@@ -174,6 +194,27 @@ mod tests {
     }
 
     #[test]
+    fn legends_fit_at_every_width() {
+        let long = "truncation: upper bound on light from rays not traced, linear light (cyan: no value)";
+        for (width, what) in [1, 96, 240, 599, 600, 1920].into_iter().flat_map(|w| [(w, long), (w, "steps")])
+        {
+            let (full, size) = (width.max(LEGEND_LEAST), LINES[usize::from(width >= LARGE)]);
+            let lines = wrapped(what, full - 2 * GAP, size);
+            assert_eq!(lines.join(" "), what);
+            assert!(lines.iter().all(|l| text::width(l, size) <= full - 2 * GAP), "{width}: {lines:?}");
+            // Nothing touches the right edge of the legend.
+            let painted = paint(&vec![1.234e-5; width as usize], width, Range::Auto, what);
+            assert!(
+                (1..painted.size()[1]).all(|y| pixel(&painted, full - 1, y) == GROUND),
+                "{width}: {what}"
+            );
+            // The labels of the scale do not run into each other.
+            let labels = [-1.234e-10, 1.234e-10, 9.876e-10].map(|v| text::width(&figure(v), size));
+            assert!(labels.iter().sum::<u32>() + 2 * GAP <= full - 2 * GAP);
+        }
+    }
+
+    #[test]
     fn flat_and_empty_pictures_are_no_trouble() {
         assert_eq!(pixel(&paint(&[0.0; 4], 2, Range::Auto, ""), 1, 1), heat(0.0));
         assert_eq!(Range::Given(2.0, 1.0).ends(&[]), (1.0, 2.0));
@@ -181,6 +222,6 @@ mod tests {
         assert_eq!(Range::Auto.ends(&[-2.0, -1.0]), (-2.0, 0.0));
         paint(&[], 0, Range::Auto, "nothing");
         let wide = paint(&[1.0; 700], 700, Range::Auto, "one row");
-        assert_eq!(wide.size(), [700, 1 + 2 * 16 + BAR + 4 * GAP]);
+        assert_eq!(wide.size(), [700, 1 + 2 * LINES[1] + BAR + 4 * GAP]);
     }
 }

@@ -18,7 +18,7 @@ impl Metadata {
     pub fn of(report: &Report, done: f64) -> Metadata {
         let Report { program, device, scene, settings, .. } = report;
         let mut about = format!(
-            "{}x{} pixels, {} samples, depth {}, sampler {}, precision {}, origin {}",
+            "{}x{} pixels, {} samples per pixel, depth {}, sampler {}, precision {}, origin {}",
             settings.width,
             settings.height,
             settings.samples,
@@ -31,7 +31,7 @@ impl Metadata {
             about += &format!(", crop {x0},{y0},{x1},{y1}");
         }
         if done < 1.0 && report.asked.time.is_some() {
-            about += &format!(", {:.1} % of the pixels standing for all", 100.0 * done);
+            about += &format!(", only {:.1} % of the pixels traced", 100.0 * done);
         } else if done < 1.0 {
             about += &format!(", interrupted with {:.1} % done", 100.0 * done);
         }

@@ -9,6 +9,7 @@ mod png;
 mod read;
 mod save;
 mod srgb;
+pub(crate) mod text;
 
 pub use metadata::Metadata;
 pub use png::png8;

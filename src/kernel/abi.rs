@@ -302,8 +302,8 @@ device {
         origin: real3,
         /// Unit length.
         direction: real3,
-        /// Sample it belongs to, an index into `slots`.
-        slot: uint,
+        /// Sample it belongs to, an index into `sample_radiance`.
+        sample_index: uint,
         /// Primitive whose surface it starts on, or NONE.
         skip: uint,
         /// Product of weights from the camera.
@@ -418,7 +418,7 @@ device {
         /// Weighted colour.
         light: vec3,
         /// Sample it belongs to.
-        slot: uint,
+        sample_index: uint,
     }
 
     /// Push constants, 60 bytes.
@@ -498,7 +498,7 @@ constants! {
     GROUPS_PER_ROW = 65_535;
     /// Primitives whose tests brute force writes out one by one; more are a loop.
     UNROLL_MAX = 32;
-    /// Invocations of `scan`, whose one workgroup walks all totals; the least maxComputeWorkGroupInvocations is 128.
+    /// Invocations of `scan`, whose one workgroup walks the counts of all workgroups; the least maxComputeWorkGroupInvocations is 128.
     SCAN_WIDTH = 128;
     /// Invocations per workgroup at most; words of a child mask = this / 32.
     WORKGROUP_MAX = 256;
@@ -522,11 +522,7 @@ constants! {
     /// `Triangle::inner_edges`: the edge from c to a.
     INNER_CA = 2;
     /// Binding of a buffer's texel view = this + the buffer's own.
-    TEXELS_AT = 32;
-    /// Numbers of a primitive among the constants of a small scene: a triangle's corners, or a sphere.
-    FEW_ROW = 9;
-    /// Id of the first of them, UNROLL_MAX * FEW_ROW in all.
-    FEW_AT = 32;
+    TEXELS_AT = 40;
     /// Numbers per item of `self_test`.
     SELF_TEST_ROW = 11;
     /// Length of `counters`.
@@ -540,80 +536,7 @@ constants! {
     SAMPLER_STRATIFIED = 1;
     /// `sampler_kind`: Owen-scrambled Sobol points.
     SAMPLER_OWEN = 2;
-    /// `defect`: Nothing is planted.
-    DEFECT_NONE = 0;
-    /// `defect`: Triangles by Moeller and Trumbore's test instead of the watertight one.
-    DEFECT_MOELLER_TRUMBORE = 1;
-    /// `defect`: Spheres by the schoolbook quadratic formula.
-    DEFECT_NAIVE_QUADRATIC = 2;
-    /// `defect`: Spheres by their nearer root alone.
-    DEFECT_SMALLER_ROOT = 3;
-    /// `defect`: A ray may hit the primitive it starts on.
-    DEFECT_NO_IDENTITY = 4;
-    /// `defect`: Rays start on the surface, not off it.
-    DEFECT_NO_OFFSET = 5;
-    /// `defect`: A hit's t is not confined to the primitive's box.
-    DEFECT_UNCONFINED = 6;
-    /// `defect`: Box tests without the allowance for rounding, reciprocals of zero as they come.
-    DEFECT_NARROW_SLAB = 7;
-    /// `defect`: Ties in t go to whichever primitive is tested first.
-    DEFECT_TRAVERSAL_TIES = 8;
-    /// `defect`: Samples are added without compensation.
-    DEFECT_NAIVE_SUM = 9;
-    /// `defect`: A ray knows only inside and outside, not which solids it is in.
-    DEFECT_ONE_MEDIUM = 10;
-    /// `defect`: Priorities of solids are ignored.
-    DEFECT_NO_PRIORITY = 11;
-    /// `defect`: Schlick's cosine is the incident one on both sides.
-    DEFECT_SCHLICK_INSIDE = 12;
-    /// `defect`: Total internal reflection is missed: the transmitted cosine is clamped at zero.
-    DEFECT_CLAMPED_CRITICAL = 13;
-    /// `defect`: Vectors are normalised without scaling first.
-    DEFECT_BLIND_NORMALISE = 14;
-    /// `defect`: Rays that are not finite are traced.
-    DEFECT_NAN_ACCEPTED = 15;
-    /// `defect`: The distance to a light is not bounded from below.
-    DEFECT_LIGHT_CONTACT = 16;
-    /// `defect`: Mirrored rays may go below the surface.
-    DEFECT_BELOW_SURFACE = 17;
-    /// `defect`: Kernels see the user's coordinates.
-    DEFECT_WORLD_FRAME = 18;
-    /// `defect`: Triangles without area are kept.
-    DEFECT_KEEP_DEGENERATE = 19;
-    /// `defect`: The eye is taken to be outside all solids.
-    DEFECT_EYE_IN_AIR = 20;
-    /// `defect`: Spheres beyond single precision are not told apart.
-    DEFECT_NO_WIDE = 21;
-    /// `defect`: Primary rays start at the eye, however far.
-    DEFECT_EYE_ORIGIN = 22;
-    /// `defect`: The traversal stack has four entries.
-    DEFECT_SHORT_STACK = 23;
-    /// `defect`: Boxes of the hierarchy are not padded.
-    DEFECT_HOST_TINY_BOX = 24;
-    /// `defect`: A ray's octant is that of its direction, in which -0 counts as positive, its reciprocal that of the sign bit.
-    DEFECT_OCTANT = 25;
-    /// See [`crate::settings::defect::Defect::EqualIndices`].
-    DEFECT_EQUAL_INDICES = 50;
-    /// See [`crate::settings::defect::Defect::FlippedEta`].
-    DEFECT_FLIPPED_ETA = 51;
-    /// See [`crate::settings::defect::Defect::Bailout`].
-    DEFECT_BAILOUT = 52;
-    /// See [`crate::settings::defect::Defect::SilentMedia`].
-    DEFECT_SILENT_MEDIA = 53;
-    /// See [`crate::settings::defect::Defect::ShadowBeyond`].
-    DEFECT_SHADOW_BEYOND = 54;
-    /// See [`crate::settings::defect::Defect::CosineForm`].
-    DEFECT_COSINE_FORM = 55;
-    /// `defect`: Secondary rays start 0.1 along their way.
-    DEFECT_FIXED_ORIGIN = 60;
-    /// `defect`: Hits on an edge are left there.
-    DEFECT_NO_INSET = 61;
-    /// `defect`: Shadow rays reach the light itself.
-    DEFECT_TO_THE_LIGHT = 62;
 }
-
-/// Numbers of a small scene's shapes.
-pub const FEW_WORDS: usize = (UNROLL_MAX * FEW_ROW) as usize;
 
 macro_rules! specialisation {
     ($($(#[$meta:meta])* $name:ident: $default:expr;)*) => {
@@ -621,19 +544,15 @@ macro_rules! specialisation {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub struct Specialisation {
             $($(#[$meta])* pub $name: u32,)*
-            /// The shapes outside a hierarchy, bits of f32, where `few_known`: FEW_ROW of each primitive.
-            pub few: [u32; FEW_WORDS],
         }
         impl Specialisation {
             /// Ids and values.
             pub fn values(&self) -> Vec<(u32, u32)> {
-                let named = [$(self.$name,)*].into_iter().enumerate().map(|(i, v)| (i as u32, v));
-                let few = if self.few_known != 0 { &self.few[..] } else { &[] };
-                named.chain(few.iter().enumerate().map(|(i, v)| (FEW_AT + i as u32, *v))).collect()
+                (0..).zip([$(self.$name,)*]).collect()
             }
         }
         impl Default for Specialisation {
-            fn default() -> Self { Specialisation { $($name: $default,)* few: [0; FEW_WORDS] } }
+            fn default() -> Self { Specialisation { $($name: $default,)* } }
         }
         /// Names and defaults in id order.
         pub const SPECIALISATION: &[(&str, u32)] = &[$((stringify!($name), $default),)*];
@@ -682,12 +601,8 @@ specialisation! {
     loose_triangles: 0;
     /// 1: the spheres are few and outside the hierarchy.
     loose_spheres: 0;
-    /// 1: `few` holds the scene's shapes, so that the kernels are compiled for them.
-    few_known: 0;
-    /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `totals` are masks of subgroups.
+    /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
-    /// A planted defect, for the tests of the tests; 0 = none.
-    defect: 0;
 }
 
 macro_rules! buffers {
@@ -746,17 +661,18 @@ buffers! {
     hits / Hits: "Hit";
     /// Parallel to `rays`; between split kernels.
     surfaces / Surfaces: "Surface";
-    /// Children of each workgroup of `shade`: reflections << 16 | refractions. Or which children the rays of each subgroup of
-    /// `trace` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
-    totals / Totals: "uint";
-    /// Exclusive prefix sum of `totals`: where a workgroup's children start in `next_rays`.
+    /// Children of each workgroup of `shade`: reflections << 16 | refractions.
+    child_counts / ChildCounts: "uint";
+    /// Which children the rays of each subgroup of `trace` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
+    child_masks / ChildMasks: "uint";
+    /// Exclusive prefix sum over the children of workgroups: where a workgroup's children start in `next_rays`.
     offsets / Offsets: "uint";
     /// Where in `rays` each ray of the queue is, where kernels are fused; of depths from 2 on.
-    places / Places: "uint";
+    ray_indices / RayIndices: "uint";
     /// Weighted own colour of each ray and its sample, in the queue's order; used from depth 2 on where rays branch, or where lights come in several passes.
     contributions / Contributions: "Contribution";
     /// Radiance of each sample of the batch.
-    slots / Slots: "vec3";
+    sample_radiance / SampleRadiance: "vec3";
     /// What the path tree of each sample of the batch did; of surveys only.
     paths / Paths: "Path";
     /// Running sum of each pixel of the tile, `replicates` of them a pixel.

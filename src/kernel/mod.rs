@@ -2,5 +2,8 @@
 //! A number that both sides use is written here once.
 
 pub mod abi;
+#[cfg(feature = "defects")]
+#[doc(hidden)]
+pub mod defects;
 pub mod spirv;
 pub mod table;

@@ -4,8 +4,8 @@
 use crate::kernel::abi::{self, Buf, GpuStruct, Queue, Specialisation};
 use crate::kernel::table::Kernel;
 use crate::plan::passes::{PER_DEPTH, Pass};
-use crate::plan::{self, Limits, Plan, element_bytes};
-use crate::prepare::{Packed, pack};
+use crate::plan::{Limits, Plan, PlannedScene, element_bytes};
+use crate::prepare::{Packed, Recipe};
 use crate::reference::twin::single::Memory;
 use crate::render::{Frame, RenderError, Renderer};
 use crate::scene::Scene;
@@ -225,37 +225,33 @@ impl Bank for OnTwins {
     }
 }
 
-/// A scene packed and planned for probing so many rays at once.
-struct Prepared {
-    settings: Settings,
-    packed: Packed,
-    plan: Plan,
-}
+/// A scene planned for probing some rays at once.
+struct Probe(PlannedScene);
 
-impl Prepared {
+impl Probe {
     fn new(
+        recipe: Recipe,
         scene: &Scene,
         settings: &Settings,
         rays: usize,
         forced: Option<bool>,
         limits: &Limits,
-    ) -> Result<Prepared, RenderError> {
+    ) -> Probe {
         let width = rays.clamp(1, BATCH) as u32;
         let mut settings =
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none; what is between the stages is read.
         settings.schedule.general =
             settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
-        let packed = pack(scene, &settings, plan::brute_force_max(forced, &settings, limits, false));
-        let plan = Plan::new(&packed, &settings, limits)?;
-        Ok(Prepared { settings, packed, plan })
+        Probe(PlannedScene::for_twins(recipe, scene, &settings, limits, forced))
     }
 
     fn trace(&self, bank: &mut dyn Bank, rays: &[ProbeRay]) -> Result<Probed, RenderError> {
-        let ids = Ids::of(&self.packed);
+        let PlannedScene { packed, settings, .. } = &self.0;
+        let (plan, ids) = (self.0.plan()?, Ids::of(packed));
         let mut all = Probed { hits: Vec::new(), children: Vec::new(), counters: Default::default() };
-        for part in rays.chunks(self.plan.capacity.min(self.settings.width) as usize) {
-            let batch = batch(bank, &self.packed, &ids, &self.settings, &self.plan, part)?;
+        for part in rays.chunks(plan.capacity.min(settings.width) as usize) {
+            let batch = batch(bank, packed, &ids, settings, plan, part)?;
             let base = all.hits.len();
             all.hits.extend(batch.hits);
             all.children
@@ -277,9 +273,10 @@ pub fn probe_twins(
     if settings.precision == Precision::Double {
         return Err(RenderError::NoDouble { device: "a probe of the kernels' twins".into() });
     }
-    let p = Prepared::new(scene, settings, rays.len(), brute_force, limits)?;
-    let memory = Memory::new(&p.plan.buffer_bytes, &p.packed, &p.packed.camera(scene, &p.settings));
-    p.trace(&mut OnTwins(memory, p.plan.specialisation), rays)
+    let p = Probe::new(Recipe::of(scene), scene, settings, rays.len(), brute_force, limits);
+    let (packed, plan) = (&p.0.packed, p.0.plan()?);
+    let memory = Memory::new(&plan.buffer_bytes, packed, &packed.camera(scene, &p.0.settings));
+    p.trace(&mut OnTwins(memory, plan.specialisation), rays)
 }
 
 impl Renderer {
@@ -291,11 +288,14 @@ impl Renderer {
         rays: &[ProbeRay],
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
-        let p =
-            Prepared::new(scene, settings, rays.len(), self.forced_brute_force(), &self.device().limits())?;
-        let (pipelines, _) = self.pipelines(&p.plan, settings.precision)?;
+        let (recipe, forced, limits) =
+            (self.recipe(scene), self.forced_brute_force(), self.device().limits());
+        let p = Probe::new(recipe, scene, settings, rays.len(), forced, &limits);
+        let (packed, plan) = (&p.0.packed, p.0.plan()?);
+        let (pipelines, _) = self.pipelines(plan, settings.precision)?;
         let device = std::rc::Rc::clone(self.device());
-        let frame = Frame::new(&device, pipelines, &p.packed, scene, &p.settings, &p.plan)?;
+        let camera = packed.camera(scene, &p.0.settings);
+        let frame = Frame::new(&device, pipelines, packed, camera, &p.0.settings, plan)?;
         p.trace(&mut OnDevice(frame), rays)
     }
 }
@@ -318,7 +318,7 @@ fn batch(
         for c in 0..3 {
             bytes[ray.at(i, "throughput") + 4 * c..][..4].copy_from_slice(&1f32.to_le_bytes());
         }
-        bytes[ray.at(i, "slot")..][..4].copy_from_slice(&(i as u32).to_le_bytes());
+        bytes[ray.at(i, "sample_index")..][..4].copy_from_slice(&(i as u32).to_le_bytes());
         let skip = r.skip.map_or(abi::NONE, |id| ids.primitive(id));
         bytes[ray.at(i, "skip")..][..4].copy_from_slice(&skip.to_le_bytes());
         match r.media {

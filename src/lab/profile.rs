@@ -1,4 +1,4 @@
-//! Where a render's time goes: passes and depths over several runs, told by medians and quartiles.
+//! Where a render's time goes: medians and quartiles per pass and depth over several runs.
 
 use crate::plan::Plan;
 use crate::plan::memory_traffic;
@@ -10,10 +10,10 @@ use crate::stats::{Quartiles, quartiles};
 use crate::units::{grouped, plural, seconds, short};
 use serde::Serialize;
 
-/// The report of the run of median render time, and what all runs together say.
+/// The report of the run with the median render time, and statistics over all runs.
 #[derive(Debug, Clone, Serialize)]
 pub struct Profile {
-    /// One render's report. Its `first_dispatch` is the warm-up's, since later runs compile nothing.
+    /// Report of one run. Its `first_dispatch` is the warm-up's, since later runs compile nothing.
     #[serde(flatten)]
     pub report: Report,
     /// Over all runs.
@@ -31,9 +31,9 @@ pub struct Spread {
     pub device: Quartiles,
     /// Rays of all kinds per second of the median render.
     pub rays_per_second: f64,
-    /// What the bytes below are.
+    /// What `bytes` in `passes` counts.
     pub bytes_counted: &'static str,
-    /// In frame order, as `passes`.
+    /// One row per pass and depth, in the order of the report's `passes`.
     pub passes: Vec<Row>,
 }
 
@@ -50,25 +50,25 @@ pub struct Row {
     pub items: u64,
     /// Device time.
     pub seconds: Quartiles,
-    /// Of the sum of the medians.
+    /// Share of the sum of all medians, 0 to 1.
     pub share: f64,
-    /// At the median; None for a pass of one item a launch.
+    /// At the median time; None for a pass with one item per dispatch.
     pub items_per_second: Option<f64>,
-    /// Read and written; None where nothing that is counted moves.
+    /// Bytes read and written in one run, counted as [`BYTES_COUNTED`] says; None if zero.
     pub bytes: Option<u64>,
-    /// Mean over the items.
+    /// `bytes` / `items`.
     pub bytes_per_item: Option<f64>,
-    /// At the median.
+    /// At the median time.
     pub bytes_per_second: Option<f64>,
 }
 
 /// What [`Row::bytes`] counts.
-pub const BYTES_COUNTED: &str = "elements per ray, sample and pixel as the pass table lists them, whole structs, each read and each write \
-     once; not the scene, counters or caches";
+pub const BYTES_COUNTED: &str = "the structs of rays, samples and pixels that a pass reads and writes, each once; without scene data, \
+     counters and caches";
 
 impl Profile {
-    /// From the reports of all runs, which are of the same scene and settings; None of none. `warm_up` is
-    /// the time of the run before them.
+    /// From the reports of all runs, which have the same scene and settings; None if there are none. `warm_up`
+    /// are the times of the run before them.
     pub fn new(runs: &[Report], warm_up: &TimeInfo, plan: &Plan, precision: Precision) -> Option<Profile> {
         let render = quartiles(&runs.iter().map(|r| r.time.render).collect::<Vec<_>>())?;
         let device = quartiles(&runs.iter().map(|r| r.time.device).collect::<Vec<_>>())?;
@@ -116,12 +116,12 @@ fn row(info: &PassInfo, seconds: Quartiles, report: &Report, plan: &Plan, precis
     }
 }
 
-/// Bytes of one run's row.
+/// Bytes that a pass moves in one run; None for an unknown pass.
 fn moved(info: &PassInfo, report: &Report, plan: &Plan, precision: Precision) -> Option<u64> {
     let pass = passes::all().find(|p| p.kernel.name() == info.name)?;
     let traffic = memory_traffic::of(pass, plan, precision);
     let samples = report.rays.primary;
-    // Rays go through a pass once for each group of lights, pixels once for each batch of their tile.
+    // Rays run through a pass once per group of lights, pixels once per batch of their tile.
     let times = match pass.size {
         Size::Pixels => info.launches.div_ceil(report.plan.tiles.max(1)),
         _ => info.launches / report.plan.batches.max(1),
@@ -130,16 +130,16 @@ fn moved(info: &PassInfo, report: &Report, plan: &Plan, precision: Precision) ->
     Some(traffic.bytes(info.items * times.max(1), children, samples))
 }
 
-/// What the profile says, for people.
+/// The profile as text for people.
 pub fn text(profile: &Profile) -> String {
     use Align::{Left, Right};
     let Profile { report, profile: spread } = profile;
     let mut table = Table::new(&[
         ("pass", Left),
         ("depth", Right),
-        ("launches", Right),
+        ("dispatches", Right),
         ("median", Right),
-        ("quartiles apart", Right),
+        ("IQR", Right),
         ("share", Right),
         ("items", Right),
         ("items/s", Right),
@@ -147,7 +147,7 @@ pub fn text(profile: &Profile) -> String {
         ("B/s", Right),
     ]);
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".into());
-    // Passes are launched to the depth that was asked for, rays or no rays.
+    // Passes run to the depth that was asked for, even if no ray is left.
     let traced = report.rays.by_depth.len() as u32;
     for r in spread.passes.iter().filter(|r| r.depth <= traced) {
         table.row([
@@ -185,13 +185,14 @@ pub fn text(profile: &Profile) -> String {
         |q: &Quartiles| format!("{} ({} to {})", seconds(q.median), seconds(q.lower), seconds(q.upper));
     format!(
         "{table}\n\
-         bytes: {}\n\
-         median and quartiles of {} after a warm-up\n\
+         medians of {} after a warm-up; IQR: interquartile range, the width of the middle half\n\
+         items: rays, samples or pixels, depending on the pass\n\
+         B: bytes of {}\n\
          render {}; {} rays/s\n\
          device {}\n\
-         apart: scene {}, build {}, first dispatch {}, the whole process {}\n",
-        spread.bytes_counted,
+         other: scene {}, build {}, first dispatch {}; whole process {}\n",
         plural(spread.repeats as u64, "run"),
+        spread.bytes_counted,
         both(&spread.render),
         short(spread.rays_per_second),
         both(&spread.device),

@@ -1,95 +1,82 @@
-//! What a render took beside what was planned, and what each feature that the scene lacks would have cost:
-//! measured by switching it on for a share of the image, in turn with the kernels as they are.
+//! Compares a render with its plan, and measures the cost of each feature that the scene does not use: a part of
+//! the image is rendered with the feature switched on and without it, in turn.
 
-use crate::plan::{HEAP_EIGHTHS, Plan};
-use crate::render::{Observer, Quiet, RenderError, Renderer, Share};
+use crate::plan::{HEAP_EIGHTHS, Purpose};
+use crate::render::{Prepared, Quiet, RenderError, Renderer, Trial};
 use crate::report::explain::Outline;
 use crate::report::receipt::{Absent, Part, Receipt};
 use crate::report::{PassInfo, Report};
 use crate::scene::Scene;
-use crate::settings::Settings;
 use crate::settings::forced_features::Feature;
 use crate::stats::{Quartiles, quartiles};
 use crate::units::bytes;
 
-/// Runs of each variant, in turn with the render's own.
+/// Paired runs per feature: one with it, one without.
 const PAIRS: usize = 5;
-/// Device seconds of one run at most: a share of the bands is left out beyond.
-const RUN_SECONDS: f64 = 0.15;
+/// Upper limit on one run, device seconds; longer runs trace fewer bands of the image.
+const RUN_SECONDS: f64 = 0.05;
 
-/// Why nothing, or not all, could be measured.
+/// Why there is no receipt.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiptError {
-    /// A render of the share failed.
+    /// A trial render failed.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// Stopped by the user.
-    #[error("interrupted; nothing is told of a part")]
+    #[error("interrupted")]
     Interrupted,
 }
 
-/// Pixels whose bits differ; pictures of unequal sizes differ in all.
+/// Number of pixels whose bits differ. Pixels that only one picture has count as different.
 pub fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> u64 {
     let bits = |p: &[f32; 3]| p.map(f32::to_bits);
     let unequal = a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count();
     (unequal + a.len().abs_diff(b.len())) as u64
 }
 
-/// Features whose code or buffers the planned kernels lack: with each, what the kernels are then made for.
-fn absent(renderer: &Renderer, scene: &Scene, settings: &Settings, plan: &Plan) -> Vec<(Feature, Settings)> {
-    let limits = renderer.device().limits();
-    let with = |f: &Feature| {
-        let mut s = settings.clone();
-        s.schedule.general = s.schedule.general.with(*f);
-        s
-    };
-    Feature::ALL
-        .iter()
-        .map(|f| (*f, with(f)))
-        .filter(|(_, s)| {
-            let packed = renderer.pack(scene, s, false);
-            let other = Plan::new(&packed, s, &limits);
-            other.is_ok_and(|p| p.specialisation != plan.specialisation || p.last_depth != plan.last_depth)
-        })
-        .collect()
-}
-
-/// Sets `report` beside `outline`, and measures what is absent.
+/// Sets `report` beside `outline`, and measures the price of each feature that the kernels of `prepared` do not
+/// have. `say` gets the name of each part before it is measured; `stop` ends the work.
 ///
 /// # Errors
-/// As [`Renderer::render`]; also if the observer cancels.
+/// As [`Renderer::render`]; also if stopped.
 pub fn measure(
     renderer: &mut Renderer,
     scene: &Scene,
-    settings: &Settings,
+    prepared: &mut Prepared,
     outline: Outline,
     report: &Report,
-    observer: &mut dyn Observer,
+    say: &mut dyn FnMut(&str),
+    stop: &dyn Fn() -> bool,
 ) -> Result<Receipt, ReceiptError> {
-    let mut own = Share::new(renderer, scene, settings)?;
+    let (plan, settings) = (prepared.plan().clone(), prepared.settings().clone());
+    let bytes_taken = prepared.bytes_taken();
+    let mut own = Trial::new(prepared);
     let first = own.run(&mut Quiet)?;
-    let bands = (RUN_SECONDS / first.device().max(1e-9) * first.bands.len() as f64) as usize;
-    own.keep_bands(bands);
+    own.keep_bands((RUN_SECONDS / first.device().max(1e-9) * first.bands.len() as f64) as usize);
     let expected = own.run(&mut Quiet)?;
-    let (settings, _) = renderer.trusted(settings);
-    let mut subjects = absent(renderer, scene, &settings, own.plan());
-    // Both variants have their buffers at once.
-    let limits = renderer.device().limits();
-    let mut why = None;
-    if !subjects.is_empty() && own.plan().bytes() > limits.heap / 16 * HEAP_EIGHTHS {
-        why = Some(format!(
-            "two plans of {} do not fit the device beside each other; take a smaller image to see",
-            bytes(own.plan().bytes())
-        ));
-        subjects.clear();
-    }
-    let mut rows = Vec::with_capacity(subjects.len());
-    for (i, (feature, general)) in subjects.iter().enumerate() {
-        observer.progress(i as u64, subjects.len() as u64);
-        if observer.cancelled() {
+    // Both variants need their buffers at the same time.
+    let why = (plan.bytes() > renderer.device().limits().heap / 16 * HEAP_EIGHTHS).then(|| {
+        format!(
+            "it needs twice {} of device memory, which is too much; render a smaller image",
+            bytes(plan.bytes())
+        )
+    });
+    let mut rows = Vec::new();
+    for feature in Feature::ALL.iter().filter(|_| why.is_none()) {
+        if stop() {
             return Err(ReceiptError::Interrupted);
         }
-        rows.push(price(renderer, scene, *feature, general, &mut own, &expected.linear)?);
+        let mut general = settings.clone();
+        general.schedule.general = general.schedule.general.with(*feature);
+        let built = renderer.build(scene, &general, Purpose::Image)?;
+        // A plan that is the same has the feature; one that does not fit has no price.
+        let Ok(other) = built.planned.plan() else { continue };
+        if other.specialisation == plan.specialisation && other.last_depth == plan.last_depth {
+            continue;
+        }
+        say(&format!("the price of {}", feature.name()));
+        let mut other = renderer.prepare_built(scene, built)?;
+        rows.push(price(*feature, &mut other, &mut own, &expected.linear)?);
     }
     let predicted = outline.time.as_ref().map(|t| t.render).filter(|t| *t > 0.0);
     let rays = outline.time.as_ref().map(|t| t.rays as f64).filter(|r| *r > 0.0);
@@ -98,8 +85,8 @@ pub fn measure(
         render: report.time.render,
         over_predicted: predicted.map(|t| report.time.render / t),
         rays_over_predicted: rays.map(|r| report.rays.total() as f64 / r),
-        bytes_planned: own.plan().bytes(),
-        bytes_taken: own.bytes_taken(),
+        bytes_planned: plan.bytes(),
+        bytes_taken,
         absent: rows,
         absent_unknown_why: why,
         samples: expected.report.rays.primary,
@@ -108,15 +95,15 @@ pub fn measure(
     })
 }
 
+/// The price of `feature`: device time and bytes of `other`, whose kernels have it, over those of `own`.
 fn price(
-    renderer: &mut Renderer,
-    scene: &Scene,
     feature: Feature,
-    general: &Settings,
-    own: &mut Share,
+    other: &mut Prepared,
+    own: &mut Trial<'_>,
     expected: &[[f32; 3]],
 ) -> Result<Absent, RenderError> {
-    let mut other = Share::new(renderer, scene, general)?;
+    let prepare = other.seconds();
+    let mut other = Trial::new(other);
     other.take_bands(own);
     let warm = other.run(&mut Quiet)?;
     let mut ratios = Vec::with_capacity(PAIRS);
@@ -125,12 +112,13 @@ fn price(
         ratios.push(with / without.max(f64::MIN_POSITIVE));
     }
     let none = Quartiles { lower: 1.0, median: 1.0, upper: 1.0 };
+    let bytes = |t: &Trial<'_>| t.prepared().plan().bytes() as i64;
     Ok(Absent {
         feature: feature.name(),
         what: feature.what(),
         ratio: quartiles(&ratios).unwrap_or(none),
-        prepare: other.prepared.as_secs_f64(),
-        bytes: other.plan().bytes() as i64 - own.plan().bytes() as i64,
+        prepare,
+        bytes: bytes(&other) - bytes(own),
         pixels_differ: differing(&warm.linear, expected),
     })
 }
@@ -161,7 +149,7 @@ mod tests {
         assert_eq!(differing(&a, &b), 0);
         b[1][2] = f32::from_bits(1.0f32.to_bits() + 1);
         assert_eq!(differing(&a, &b), 1);
-        // Zeros of either sign are other bits.
+        // Zeros of opposite sign have different bits.
         b[0][1] = -0.0;
         assert_eq!(differing(&a, &b), 2);
         assert_eq!(differing(&a, &a[..1]), 2);
@@ -177,7 +165,7 @@ mod tests {
             items: 7,
         };
         let all = parts(&[pass("generate", 0, 1.0), pass("shade", 1, 2.0), pass("shade", 2, 1.0)]);
-        let told: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
-        assert_eq!(told, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);
+        let found: Vec<_> = all.iter().map(|p| (p.name.as_str(), p.launches, p.seconds, p.share)).collect();
+        assert_eq!(found, [("generate", 2, 1.0, 0.25), ("shade", 4, 3.0, 0.75)]);
     }
 }

@@ -8,7 +8,7 @@ use std::fmt;
 pub enum PlanError {
     /// Every ray would be tested against too many primitives.
     #[error(
-        "brute force over {primitives} primitives passes the {limit} loop iterations a kernel may run; use the hierarchy"
+        "brute force over {primitives} primitives exceeds the limit of {limit} loop iterations per kernel; use the hierarchy"
     )]
     TooManyToTry {
         /// Triangles and spheres of the scene.
@@ -17,7 +17,7 @@ pub enum PlanError {
         limit: u32,
     },
     /// The scene's primitives take more than the device has.
-    #[error("{primitives} primitives need {shortage}; about {fit} primitives would fit")]
+    #[error("{primitives} primitives need {shortage}; about {fit} would fit")]
     SceneTooLarge {
         /// Triangles and spheres of the scene.
         primitives: usize,
@@ -27,7 +27,7 @@ pub enum PlanError {
         fit: u64,
     },
     /// A queue for one sample at a time takes more than the device has.
-    #[error("one ray at a time of this scene needs {shortage}; a smaller --depth may fit")]
+    #[error("even a single ray at a time needs {shortage}; reduce --depth")]
     RayTooLarge {
         /// What is short.
         shortage: Shortage,
@@ -49,8 +49,8 @@ impl fmt::Display for Shortage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (bytes, limit) = (units::bytes(self.bytes), units::bytes(self.limit));
         match self.buffer {
-            Some(name) => write!(f, "{bytes} for `{name}`, and this device binds {limit} of it at once"),
-            None => write!(f, "{bytes}, and three quarters of this device's memory are {limit}"),
+            Some(name) => write!(f, "{bytes} for `{name}`, but a buffer on this device can have at most {limit}"),
+            None => write!(f, "{bytes}, but three quarters of this device's memory are {limit}"),
         }
     }
 }

@@ -42,9 +42,11 @@ enum Place {
 
 fn place(buffer: Buf) -> Place {
     match buffer {
-        Buf::Rays | Buf::Media | Buf::Hits | Buf::Surfaces | Buf::Places | Buf::Contributions => Place::Ray,
+        Buf::Rays | Buf::Media | Buf::Hits | Buf::Surfaces | Buf::RayIndices | Buf::Contributions => {
+            Place::Ray
+        }
         Buf::NextRays | Buf::NextMedia => Place::Child,
-        Buf::Slots | Buf::Paths => Place::Sample,
+        Buf::SampleRadiance | Buf::Paths => Place::Sample,
         Buf::Film | Buf::Marks | Buf::Pixels => Place::Pixel,
         _ => Place::Shared,
     }
@@ -56,7 +58,7 @@ pub fn of(pass: &Pass, plan: &Plan, precision: Precision) -> Traffic {
     for buffer in pass.reads.iter().chain(pass.writes) {
         let bytes = element(*buffer, plan, precision) * u64::from(moved(pass, *buffer, plan));
         let place = match (pass.kernel, buffer) {
-            (Kernel::Place, Buf::Places) => Place::Child,
+            (Kernel::Place, Buf::RayIndices) => Place::Child,
             _ => place(*buffer),
         };
         match (place, pass.size) {
@@ -81,13 +83,13 @@ fn element(buffer: Buf, plan: &Plan, precision: Precision) -> u64 {
 
 /// Whether this variant of the kernel touches the buffer: `shadow` leaves a ray's colour in
 /// `contributions` for `gather` where rays branch or for its next pass over other lights, else it adds
-/// to `slots` itself.
+/// to `sample_radiance` itself.
 fn moved(pass: &Pass, buffer: Buf, plan: &Plan) -> bool {
     let branching = plan.specialisation.branching != 0;
     let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
     match (pass.kernel, buffer) {
         (_, Buf::Paths | Buf::Marks | Buf::Pixels) => plan.specialisation.survey != 0,
-        (Kernel::Shadow | Kernel::Trace, Buf::Slots) => !branching,
+        (Kernel::Shadow | Kernel::Trace, Buf::SampleRadiance) => !branching,
         (Kernel::Shadow, Buf::Contributions) => branching || groups > 1,
         (Kernel::Trace, Buf::Contributions) => branching,
         _ => true,
@@ -158,7 +160,7 @@ mod tests {
         let plain = |kernel| row(kernel, "cornell.toml", Precision::Robust);
         assert_eq!(glass(Kernel::Shade).per_item - plain(Kernel::Shade).per_item, 4 * solids);
         assert_eq!(glass(Kernel::Spawn).per_child - plain(Kernel::Spawn).per_child, 4 * solids);
-        // Contributions instead of slots, read and written: they say besides whose they are.
+        // Contributions instead of sample_radiance, read and written: they say besides whose they are.
         assert_eq!(glass(Kernel::Shadow).per_item, plain(Kernel::Shadow).per_item + 2 * 4);
     }
 
@@ -169,7 +171,8 @@ mod tests {
             let (small, large) = (plan(scene, 8), plan(scene, 64));
             for (name, _, buffer) in BUFFERS {
                 let [before, after] = [&small, &large].map(|p| p.buffer_bytes[*buffer as usize]);
-                let grows = after >= 4 * before && !matches!(buffer, Buf::Totals | Buf::Offsets);
+                let grows = after >= 4 * before
+                    && !matches!(buffer, Buf::ChildCounts | Buf::ChildMasks | Buf::Offsets);
                 assert!(!grows || place(*buffer) != Place::Shared, "{name} is counted nowhere");
             }
         }

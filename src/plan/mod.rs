@@ -1,26 +1,29 @@
 //! What this scene needs on this device, decided before anything is allocated: specialisation,
 //! queue capacity, tile and batch, bytes.
 
+pub mod dispatches;
 mod error;
 pub mod explain;
 mod fit;
 pub mod memory_traffic;
 pub mod passes;
+mod planned_scene;
 pub mod predicted_time;
 pub mod tiles;
 
 pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
+pub use planned_scene::{PlannedScene, Purpose};
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::kernel::table::{KERNELS, Kernel};
-use crate::plan::passes::When;
 use crate::prepare::bvh::Forms;
 use crate::prepare::max_depth::Reach;
 use crate::prepare::{Packed, pack};
 use crate::scene::Scene;
 use crate::settings::forced_features::Feature;
 use crate::settings::{Origin, Precision, Settings};
+use dispatches::dispatches;
 
 /// The limits of a device that a plan depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,7 +75,7 @@ impl Limits {
     }
 }
 
-/// What a device's properties switch for scenes of a usual size (ARCHITECTURE.md, "Why this shape on a GPU").
+/// What a device's properties switch for scenes of a usual size (docs/design/gpu.md).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Switched {
     /// Scene and queues are read as texels, not as storage buffers.
@@ -123,13 +126,11 @@ pub struct Plan {
 struct Choice {
     /// One kernel for the stages that work on a ray alone.
     fused: bool,
-    /// The rays of a subgroup walk the hierarchy together.
-    packets: bool,
-    /// A small scene's shapes are constants.
-    known: bool,
+    /// The lanes of a subgroup look for hits together.
+    joined: bool,
 }
 
-/// Rays per batch that keep lavapipe's queues in its caches; measured (ARCHITECTURE.md, "Figures").
+/// Rays per batch that keep lavapipe's queues in its caches (docs/design/decisions/002-batch-size.md).
 const CPU_BATCH: u32 = 1 << 17;
 /// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
 /// under a quarter of a small card's memory.
@@ -144,38 +145,30 @@ const BRANCHING_LEAST: u32 = 1 << 16;
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
 /// Samples from which on the stages of a depth are one kernel on software devices: it starts later and saves a fifth
-/// of the time (ARCHITECTURE.md, "Figures").
+/// of the time (docs/design/decisions/025-fused-depth.md).
 const FUSED_SAMPLES: u64 = 1 << 21;
-/// Samples from which on a small scene's shapes become constants: beside packets that saves some 25 ns at each sample
-/// and costs 0.13 s at every start, several times that of compiling at a scene's first (ARCHITECTURE.md, "Figures").
-pub(crate) const KNOWN_SAMPLES: u64 = 1 << 22;
 
-/// Primitives that are all tested, at most; beyond them walking a hierarchy pays (ARCHITECTURE.md, "Figures").
+/// Primitives that are all tested, at most; beyond them walking a hierarchy pays
+/// (docs/design/decisions/010-brute-force-limit.md).
 pub const BRUTE_FORCE_MAX: usize = 32;
-/// The same where the rays of a subgroup walk together and the shapes are no constants.
-const BRUTE_FORCE_MAX_LOADED: usize = 12;
+/// The same where the lanes of a subgroup work together.
+const BRUTE_FORCE_MAX_JOINED: usize = 12;
 
-/// Up to how many primitives every one is tested (`pack`). `forced`: always or never, whatever the scene. `survey`:
-/// for [`Plan::survey`].
-pub fn brute_force_max(forced: Option<bool>, settings: &Settings, limits: &Limits, survey: bool) -> usize {
+/// Up to how many primitives every one is tested (`pack`). `forced`: always or never, whatever the scene.
+pub fn brute_force_max(forced: Option<bool>, settings: &Settings, limits: &Limits) -> usize {
     let on = |f: Feature| settings.schedule.general.has(f);
     match forced {
         Some(true) => usize::MAX,
         Some(false) => 0,
         None if on(Feature::Hierarchy) => 0,
-        None if !may_join(settings, limits)
-            || on(Feature::LoneRays)
-            || knows_shapes(settings, limits, survey) =>
-        {
-            BRUTE_FORCE_MAX
-        }
-        None => BRUTE_FORCE_MAX_LOADED,
+        None if !may_join(settings, limits) || on(Feature::LoneRays) => BRUTE_FORCE_MAX,
+        None => std::env::var("WH_BRUTE").ok().and_then(|x| x.parse().ok()).unwrap_or(BRUTE_FORCE_MAX_JOINED),
     }
 }
 
 /// Packs `scene` for a [`Plan::new`] under these limits.
 pub fn pack_for(scene: &Scene, settings: &Settings, limits: &Limits) -> Packed {
-    pack(scene, settings, brute_force_max(None, settings, limits, false))
+    pack(scene, settings, brute_force_max(None, settings, limits))
 }
 
 impl Plan {
@@ -185,14 +178,6 @@ impl Plan {
     /// If the scene does not fit the device; says what would.
     pub fn new(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
         Plan::build(packed, settings, limits, false)
-    }
-
-    /// Plans surveys of listed pixels (`render::Survey`), up to the whole image at once.
-    ///
-    /// # Errors
-    /// As [`Plan::new`].
-    pub fn survey(packed: &Packed, settings: &Settings, limits: &Limits) -> Result<Plan, PlanError> {
-        Plan::build(packed, settings, limits, true)
     }
 
     fn build(packed: &Packed, settings: &Settings, limits: &Limits, survey: bool) -> Result<Plan, PlanError> {
@@ -238,10 +223,7 @@ impl Plan {
                 stack_size: abi::STACK_SIZE,
                 loose_triangles: u32::from(packed.loose[0]),
                 loose_spheres: u32::from(packed.loose[1]),
-                few_known: 0,
                 fused: 0,
-                few: [0; abi::FEW_WORDS],
-                defect: settings.planted.map_or(abi::DEFECT_NONE, |d| d as u32),
             },
             capacity: 0,
             tile_pixels: 0,
@@ -252,15 +234,12 @@ impl Plan {
             buffer_bytes: Vec::new(),
             features: packed.features(),
         };
-        let known = by_brute_force
-            && packed.primitive_count() <= abi::UNROLL_MAX as usize
-            && may_join(settings, limits)
-            && knows_shapes(settings, limits, survey);
-        let packets = !packed.compressed_nodes.is_empty() && limits.forms(settings) != Forms::Nodes;
-        let fused = (packets || known) && plan.may_fuse(settings, limits, survey);
+        let few = by_brute_force && packed.primitive_count() <= abi::UNROLL_MAX as usize;
+        let few = few && std::env::var("WH_JOIN").as_deref() != Ok("0");
+        let joined = limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
+        let fused = joined && plan.may_fuse(settings, limits, survey);
         // What is wanted, then what else there is where texel views do not reach.
-        let choices =
-            [Choice { fused, packets, known }, Choice { fused: false, packets, known }, Choice::default()];
+        let choices = [Choice { fused, joined }, Choice { fused: false, joined }, Choice::default()];
         // Halve the batch until every queue fits a binding and all of them the heap.
         let mut batch = u64::from(wanted).min(total).max(1) as u32;
         let choice = loop {
@@ -276,13 +255,10 @@ impl Plan {
             }
             batch = (batch / 2).max(1);
         };
-        if choice.packets {
+        if choice.joined {
             plan.specialisation.lanes = limits.shuffle_lanes;
             // In steps, so that scenes of about a size share their compiled kernels.
             plan.specialisation.stack_size = (packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
-        }
-        if choice.known {
-            plan.know_few(packed, limits);
         }
         if choice.fused {
             // One invocation walks for its ray and for the shadow ray of each light.
@@ -305,13 +281,13 @@ impl Plan {
 
     /// Whether one kernel may do the stages of a depth that work on a ray alone: what goes through queues between
     /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
-    /// compiled on one core. A GPU keeps split kernels (ARCHITECTURE.md, "Why this shape on a GPU").
+    /// compiled on one core. A GPU keeps split kernels (docs/design/gpu.md).
     fn may_fuse(&self, settings: &Settings, limits: &Limits, survey: bool) -> bool {
         let many = samples(settings, survey) >= FUSED_SAMPLES;
         limits.is_cpu
             && binds_all(limits)
             && self.specialisation.light_count <= LIGHTS_PER_PASS
-            && settings.schedule.constants.unwrap_or(many)
+            && settings.schedule.fused.unwrap_or(many)
             && !settings.schedule.general.has(Feature::SplitKernels)
     }
 
@@ -328,9 +304,8 @@ impl Plan {
         self.size_for(packed, settings, limits, batch, room, choice);
         self.specialisation.texels = u32::from(self.reads_texels(settings, limits));
         self.specialisation.fused = u32::from(choice.fused);
-        let joined = choice.fused || choice.packets || choice.known;
-        let made = choice.packets || self.specialisation.use_bvh == 0 || !packed.nodes.is_empty();
-        made && (!joined || self.specialisation.texels != 0)
+        let made = choice.joined || self.specialisation.use_bvh == 0 || !packed.nodes.is_empty();
+        made && (!choice.joined || self.specialisation.texels != 0)
     }
 
     fn size_for(
@@ -355,7 +330,7 @@ impl Plan {
             (u64::from(self.capacity), u64::from(self.tile_pixels), u64::from(batch));
         let groups = capacity.div_ceil(u64::from(self.specialisation.workgroup)) + 1;
         let media = u64::from(packed.media_capacity);
-        let (Choice { fused, packets, .. }, deep) = (choice, self.last_depth > 1);
+        let (Choice { fused, joined }, deep) = (choice, self.last_depth > 1);
         // `trace` leaves a ray's children at places of their own.
         let places = if fused && deep && packed.branching { 2 * capacity } else { capacity };
         let masks = u64::from(self.specialisation.workgroup / limits.shuffle_lanes.max(1));
@@ -369,9 +344,9 @@ impl Plan {
                     Buf::CornerNormals => packed.corner_normals.len() as u64,
                     Buf::Spheres => packed.spheres.len() as u64,
                     Buf::WideSpheres => packed.wide_spheres.len() as u64,
-                    Buf::Nodes if packets => 1,
+                    Buf::Nodes if joined => 1,
                     Buf::Nodes => packed.nodes.len() as u64,
-                    Buf::CompressedNodes if packets => packed.compressed_nodes.as_flattened().len() as u64,
+                    Buf::CompressedNodes if joined => packed.compressed_nodes.as_flattened().len() as u64,
                     Buf::CompressedNodes => 1,
                     Buf::Materials => packed.materials.len() as u64,
                     Buf::Lights => packed.lights.len() as u64,
@@ -382,8 +357,8 @@ impl Plan {
                     Buf::Rays | Buf::NextRays => places,
                     Buf::Hits | Buf::Surfaces if fused => 1,
                     Buf::Hits | Buf::Surfaces => capacity,
-                    Buf::Places if fused && deep => capacity,
-                    Buf::Places => 1,
+                    Buf::RayIndices if fused && deep => capacity,
+                    Buf::RayIndices => 1,
                     Buf::Contributions
                         if packed.branching && deep || packed.lights.len() as u32 > self.lights_per_pass =>
                     {
@@ -391,9 +366,11 @@ impl Plan {
                     }
                     Buf::Contributions => 1,
                     Buf::Media | Buf::NextMedia => places * media,
-                    Buf::Totals if fused => groups * masks,
-                    Buf::Totals | Buf::Offsets => groups,
-                    Buf::Slots => batch,
+                    Buf::ChildMasks if fused => groups * masks,
+                    Buf::ChildCounts if fused => 1,
+                    Buf::ChildMasks => 1,
+                    Buf::ChildCounts | Buf::Offsets => groups,
+                    Buf::SampleRadiance => batch,
                     Buf::Film => tile * u64::from(self.specialisation.replicates),
                     Buf::Paths if self.specialisation.survey != 0 => batch,
                     Buf::Pixels | Buf::Marks if self.specialisation.survey != 0 => tile,
@@ -406,21 +383,6 @@ impl Plan {
                 count.max(1) * element_bytes(element, settings.precision)
             })
             .collect();
-    }
-
-    /// Hands a small scene's shapes over as constants. Loads are what the brute force of a software
-    /// device spends its time on (ARCHITECTURE.md, "Figures").
-    fn know_few(&mut self, packed: &Packed, limits: &Limits) {
-        let spec = &mut self.specialisation;
-        let (triangles, spheres) = (spec.triangle_count, spec.sphere_count);
-        let corners = packed.triangles.iter().map(|t| [t.a, t.b, t.c].concat()).take(triangles as usize);
-        let spheres =
-            packed.spheres.iter().map(|s| [&s.center[..], &[s.radius]].concat()).take(spheres as usize);
-        for (row, numbers) in spec.few.chunks_mut(abi::FEW_ROW as usize).zip(corners.chain(spheres)) {
-            row.iter_mut().zip(numbers).for_each(|(word, x)| *word = (x as f32).to_bits());
-        }
-        spec.few_known = 1;
-        spec.lanes = limits.shuffle_lanes;
     }
 
     /// Whether kernels read through texel views. A software device gathers texels as one vector, and
@@ -438,15 +400,10 @@ impl Plan {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
     }
 
-    /// The kernels that a frame runs.
+    /// The kernels that a batch runs, in the order of the pass table.
     pub fn kernels(&self) -> Vec<Kernel> {
-        let runs = |p: &&passes::Pass| match p.when {
-            When::Always | When::PerLights => true,
-            When::NotLast => self.last_depth > 1,
-            When::Branching => self.specialisation.branching != 0 && self.last_depth > 1,
-        };
-        let fused = self.specialisation.fused != 0;
-        passes::all().filter(|p| p.is_of(fused)).filter(runs).map(|p| p.kernel).collect()
+        let runs: Vec<Kernel> = dispatches(self, self.last_depth).map(|s| s.pass.kernel).collect();
+        passes::all().map(|p| p.kernel).filter(|k| runs.contains(k)).collect()
     }
 
     /// Device bytes in all.
@@ -482,13 +439,6 @@ fn is_full(workgroup: u32, limits: &Limits) -> bool {
 /// Whether the lanes of a subgroup can work together on a scene that texel views reach all of.
 fn may_join(settings: &Settings, limits: &Limits) -> bool {
     may_read_texels(settings, limits) && is_full(workgroup(settings, limits), limits)
-}
-
-/// Whether a small scene's shapes become constants, where the lanes of a subgroup can work together.
-fn knows_shapes(settings: &Settings, limits: &Limits, survey: bool) -> bool {
-    let loaded = settings.schedule.general.has(Feature::LoadedShapes);
-    let repaid = samples(settings, survey) >= KNOWN_SAMPLES && limits.is_cpu && !loaded;
-    settings.schedule.constants.unwrap_or(repaid)
 }
 
 /// Samples of the picture. A survey does not say how many it will be asked for: as many as a picture takes.

@@ -1,40 +1,40 @@
-//! How long a render will take, from one that was timed: a part of the same image, or the same scene with
-//! other samples and depth.
+//! Predicts the time of a render from a timed one: a part of the same image, or the same scene with other
+//! samples and depth.
 //!
-//! Device time is taken to be linear: each dispatch costs a start, and each ray of a depth its share of each
-//! kernel. Rays of depths that were not timed follow the decay from the last depth to the one before it.
+//! The model is linear: each dispatch costs a constant, and each ray of a depth a constant per kernel. The number
+//! of rays at depths that were not timed is extrapolated geometrically from the last two that were.
 
 use crate::kernel::table::Kernel;
 use crate::plan::Plan;
-use crate::plan::passes::{self, When};
+use crate::plan::dispatches::dispatches;
+use crate::plan::passes;
 use crate::report::prediction::{DepthForecast, Prediction};
 use crate::report::{PassInfo, Report};
 use std::collections::BTreeMap;
 
-/// By how much the pace of one device varies from run to run at least, as a share: the spread of repeated
-/// renders (ARCHITECTURE.md, "Figures").
+/// Least relative uncertainty: device times vary by this much from run to run (docs/design/decisions/014-predicted-time.md).
 const PACE: f64 = 0.1;
 
-/// What a timed part of the work says of the whole.
+/// Costs and ray counts, estimated from a timed render.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
-    /// Seconds of a dispatch that has next to nothing to do.
+    /// Seconds of a nearly empty dispatch.
     start: BTreeMap<Kernel, f64>,
-    /// Seconds of a kernel at a depth for each of its rays, without the starts.
+    /// Seconds per ray of a kernel at a depth, without `start`.
     cost: BTreeMap<(Kernel, u32), f64>,
-    /// Rays of each depth for one sample.
+    /// Rays per sample, by depth.
     rays: Vec<f64>,
-    /// Shadow rays for each ray of a depth.
+    /// Shadow rays per ray, by depth.
     shadow: Vec<f64>,
-    /// Seconds that the host adds for each pixel.
+    /// Host seconds per pixel.
     host: f64,
-    /// Uncertainty of the mean cost of a sample, as a share.
+    /// Relative uncertainty of the mean cost of a sample.
     spread: f64,
-    /// What was timed, in words.
+    /// The timed work, in words.
     basis: String,
 }
 
-/// What is to be predicted.
+/// The render to predict.
 #[derive(Debug, Clone, Copy)]
 pub struct Work<'a> {
     /// Its plan.
@@ -47,7 +47,7 @@ pub struct Work<'a> {
     pub batches: u64,
 }
 
-/// Why nothing can be foretold.
+/// Why no time can be predicted.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Unpredictable(pub String);
@@ -77,14 +77,14 @@ impl Model {
     pub fn new(report: &Report, start: &BTreeMap<Kernel, f64>) -> Result<Model, Unpredictable> {
         let samples = report.rays.primary as f64;
         if report.passes.is_empty() || samples <= 0.0 || report.time.device <= 0.0 {
-            return Err(Unpredictable("the report has no times of passes".into()));
+            return Err(Unpredictable("the report has no pass times".into()));
         }
         let traced = |depth: u32| match depth {
             0 => samples,
             d => report.rays.by_depth.get(d as usize - 1).map_or(0.0, |r| r.traced as f64),
         };
         let mut model = Model { start: start.clone(), ..Model::default() };
-        // Passes without rays tell what a start costs.
+        // Passes without rays measure `start`.
         for kernel in passes::all().map(|p| p.kernel) {
             let empty: Vec<&PassInfo> = report
                 .passes
@@ -105,7 +105,7 @@ impl Model {
             model.cost.insert((kernel, pass.depth), (pass.seconds - starts).max(0.0) / traced(pass.depth));
         }
         model.rays = report.rays.by_depth.iter().map(|d| d.traced as f64 / samples).collect();
-        // Where passes found no ray, there was none.
+        // Depths that were traced without a ray have none.
         let timed = report.passes.iter().map(|p| p.depth).max().unwrap_or(0);
         model.rays.resize(model.rays.len().max(timed as usize), 0.0);
         model.shadow =
@@ -113,7 +113,7 @@ impl Model {
         Ok(model)
     }
 
-    /// The same with the uncertainty of its mean, as a share, and what was timed.
+    /// The same with the relative uncertainty of its mean and a description of the timed work.
     #[must_use]
     pub fn with(self, spread: f64, basis: String) -> Model {
         Model { spread, basis, ..self }
@@ -123,7 +123,7 @@ impl Model {
         self.start.get(&kernel).copied().unwrap_or(0.0)
     }
 
-    /// Rays of a depth for one sample, and whether that was seen.
+    /// Rays per sample at a depth, and whether they were counted rather than extrapolated.
     fn rays(&self, depth: u32, plan: &Plan) -> (f64, bool) {
         let (known, most) = (self.rays.len(), if plan.specialisation.branching != 0 { 2.0 } else { 1.0 });
         match self.rays.get(depth as usize - 1) {
@@ -137,7 +137,7 @@ impl Model {
         }
     }
 
-    /// Seconds for each ray of a kernel at a depth: as it was timed there, or at the deepest depth before.
+    /// Seconds per ray of a kernel at a depth, or at the deepest timed depth above it.
     fn cost(&self, kernel: Kernel, depth: u32) -> Option<f64> {
         self.cost.range((kernel, 0)..=(kernel, depth)).next_back().map(|(_, c)| *c)
     }
@@ -145,53 +145,48 @@ impl Model {
     /// The time of `work`.
     ///
     /// # Errors
-    /// If nothing is known of kernels that it needs.
+    /// If `work` needs kernels or depths that were not timed.
     pub fn predict(&self, work: &Work<'_>) -> Result<Prediction, Unpredictable> {
         let Work { plan, pixels, samples, batches } = *work;
-        let kernels = plan.kernels();
-        let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
         let last = plan.last_depth;
         if last > 1 && self.rays.len() == 1 {
-            return Err(Unpredictable("a render of depth 1 says nothing of deeper rays".into()));
+            return Err(Unpredictable(
+                "the report is of a render of depth 1 and cannot predict deeper rays".into(),
+            ));
         }
         let other = if plan.specialisation.fused != 0 { Kernel::Intersect } else { Kernel::Trace };
         if self.cost.keys().any(|(kernel, _)| *kernel == other) {
             return Err(Unpredictable(format!(
-                "what was timed ran `{}`, which this render would not; a trial tells of its kernels",
+                "the timed render ran the kernel `{}`, which this one does not",
                 other.name()
             )));
         }
         let mut by_depth: Vec<DepthForecast> = Vec::new();
         let (mut device, mut unseen) = (0.0, 0.0);
-        for pass in passes::all().filter(|p| kernels.contains(&p.kernel)) {
-            let deep = passes::PER_DEPTH.iter().any(|p| p.kernel == pass.kernel);
-            let depths = match (deep, pass.when) {
-                (false, _) => 0..=0,
-                (true, When::NotLast) => 1..=last - 1,
-                (true, When::Branching) => 2..=last,
-                (true, _) => 1..=last,
-            };
-            let launches = if pass.when == When::PerLights { groups } else { 1 };
-            for depth in depths {
-                let (rays, seen) = if depth == 0 { (1.0, true) } else { self.rays(depth, plan) };
-                let rays = rays * samples as f64;
-                let cost = self.cost(pass.kernel, depth).unwrap_or(0.0);
-                let seconds = batches as f64 * f64::from(launches) * self.start(pass.kernel) + rays * cost;
-                device += seconds;
-                unseen += if seen { 0.0 } else { seconds };
-                if depth == 0 {
-                    continue;
-                }
-                let at = depth as usize - 1;
-                if by_depth.len() <= at {
-                    by_depth.resize(at + 1, DepthForecast::default());
-                }
-                let shadow = self.shadow.get(at).or(self.shadow.last()).copied().unwrap_or(0.0);
-                let row = &mut by_depth[at];
-                row.seconds += seconds;
-                (row.depth, row.extrapolated) = (depth, !seen);
-                (row.traced, row.shadow) = (rays.round() as u64, (rays * shadow).round() as u64);
+        // Dispatches of each kernel at each depth, in one batch.
+        let mut launches: BTreeMap<(Kernel, u32), u32> = BTreeMap::new();
+        for step in dispatches(plan, last) {
+            *launches.entry((step.pass.kernel, step.depth)).or_default() += 1;
+        }
+        for ((kernel, depth), launches) in launches {
+            let (rays, seen) = if depth == 0 { (1.0, true) } else { self.rays(depth, plan) };
+            let rays = rays * samples as f64;
+            let cost = self.cost(kernel, depth).unwrap_or(0.0);
+            let seconds = batches as f64 * f64::from(launches) * self.start(kernel) + rays * cost;
+            device += seconds;
+            unseen += if seen { 0.0 } else { seconds };
+            if depth == 0 {
+                continue;
             }
+            let at = depth as usize - 1;
+            if by_depth.len() <= at {
+                by_depth.resize(at + 1, DepthForecast::default());
+            }
+            let shadow = self.shadow.get(at).or(self.shadow.last()).copied().unwrap_or(0.0);
+            let row = &mut by_depth[at];
+            row.seconds += seconds;
+            (row.depth, row.extrapolated) = (depth, !seen);
+            (row.traced, row.shadow) = (rays.round() as u64, (rays * shadow).round() as u64);
         }
         let host = self.host * pixels as f64;
         let (render, error) = (device + host, PACE.max(2.0 * self.spread));

@@ -46,7 +46,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         .into_iter()
         .map(|(a, b)| {
             format!(
-                "{} and {} share a surface: what light crosses first there is undefined; \
+                "{} and {} share a surface, and which of the two light enters first is undefined; \
                  let them overlap and give one a higher `priority`, or leave a gap",
                 name(a),
                 name(b)

@@ -82,16 +82,6 @@ impl LocalFrame {
         frame
     }
 
-    /// The user's own coordinates: the planted defect.
-    pub(crate) fn world(local: &LocalFrame) -> LocalFrame {
-        let back = |p: DVec3| p.to_array().map(|x| times_power_of_two(x, -local.scale_log2));
-        let bounds = Bounds {
-            lo: local.center + DVec3::from(back(local.bounds.lo)),
-            hi: local.center + DVec3::from(back(local.bounds.hi)),
-        };
-        LocalFrame { center: DVec3::ZERO, scale_log2: 0, bounds }
-    }
-
     /// 2^scale_log2 applied to a length; exact unless it leaves f64's range.
     pub fn length(&self, world: f64) -> f64 {
         times_power_of_two(world, self.scale_log2)

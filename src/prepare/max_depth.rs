@@ -1,21 +1,21 @@
-//! How deep light can travel in a scene, from its materials alone. Passes beyond would find no ray.
+//! Greatest depth at which a scene can have rays, from its materials alone. Deeper passes are left out.
 
 use crate::scene::{Fresnel, Material};
 use serde::Serialize;
 
-/// What of a ray's throughput its surfaces can hand on.
+/// How much of a ray's throughput the surfaces of a scene can pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Reach {
     /// Greatest factor of any surface on the throughput of one child: 0 if none reflects or refracts. The
     /// throughput of depth d is at most its power d - 1.
     pub weight: f64,
-    /// Some surface refracts or mirrors so that two rays go on.
+    /// True if some surface can spawn two rays, reflected and refracted.
     pub branches: bool,
 }
 
 impl Reach {
-    /// The reach of scenes whose surfaces are of `materials`. `overlapping`: solids may overlap, and a surface
-    /// inside another's matter passes its ray on whole.
+    /// From the materials of a scene. `overlapping` is true if solids may overlap: a surface inside another
+    /// solid passes its ray on unchanged.
     pub fn new<'a>(
         materials: impl Iterator<Item = &'a Material>,
         overlapping: bool,
@@ -25,13 +25,13 @@ impl Reach {
         Reach { weight: if overlapping && weight > 0.0 { 1.0 } else { weight }, branches }
     }
 
-    /// Any depth: of a plan in which nothing is left out.
+    /// No limit but the depth asked for.
     pub fn unlimited(branches: bool) -> Reach {
         Reach { weight: 1.0, branches }
     }
 
-    /// Depth at which the last rays can be, of `depth` that are asked for, where children of less throughput than
-    /// `cutoff` are not traced.
+    /// Greatest depth that can have rays, at most `depth`. Children with a throughput below `cutoff` are not
+    /// traced.
     pub fn last_depth(&self, depth: u32, cutoff: f32) -> u32 {
         if self.weight <= 0.0 {
             return 1;
@@ -52,18 +52,18 @@ impl Reach {
             .unwrap_or(depth)
     }
 
-    /// In plain words.
+    /// The reason for [`Reach::last_depth`], for people.
     pub fn words(&self, depth: u32, cutoff: f32) -> String {
         let last = self.last_depth(depth, cutoff);
         match (self.weight > 0.0, self.branches, last < depth) {
-            (false, ..) => "nothing reflects or refracts: depth 1 is all".into(),
+            (false, ..) => "nothing reflects or refracts".into(),
             (true, _, true) => format!(
-                "a surface hands on {} of a ray at most: with --cutoff {cutoff} no ray is left beyond depth {last}",
+                "a surface passes on at most {} of a ray's weight, so --cutoff {cutoff} leaves no ray beyond depth {last}",
                 crate::units::number(self.weight)
             ),
-            (true, false, false) => "one ray goes on from a hit at most: to the depth asked for".into(),
+            (true, false, false) => "rays do not branch; limited by the depth asked for".into(),
             (true, true, false) => {
-                "rays branch: up to twice as many at each depth, to the depth asked for".into()
+                "rays branch, up to twice as many at each depth; limited by the depth asked for".into()
             }
         }
     }

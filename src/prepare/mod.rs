@@ -4,6 +4,7 @@ pub mod bvh;
 pub mod coincident_solids;
 pub mod local_frame;
 pub mod max_depth;
+mod recipe;
 mod rounding;
 pub mod scene_features;
 mod solids;
@@ -17,10 +18,10 @@ use crate::prepare::max_depth::Reach;
 use crate::prepare::scene_features::Found;
 use crate::scene::bounds::Bounds;
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use crate::settings::forced_features::Feature;
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
+pub(crate) use recipe::Recipe;
 pub(crate) use rounding::WIDE_RADII;
 use rounding::{Rounding, wide_sphere};
 use solids::{Solid, media};
@@ -94,17 +95,22 @@ pub fn pack(scene: &Scene, settings: &Settings, brute_force_max: usize) -> Packe
 
 /// The same with `forms` of the hierarchy's nodes (`plan::Limits::forms` knows which a device needs).
 pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, forms: Forms) -> Packed {
+    pack_by(Recipe::of(scene), scene, settings, brute_force_max, forms)
+}
+
+/// The same by a recipe made for `scene`.
+pub(crate) fn pack_by(
+    recipe: Recipe,
+    scene: &Scene,
+    settings: &Settings,
+    brute_force_max: usize,
+    forms: Forms,
+) -> Packed {
     let precision = settings.precision;
-    let planted = |d: Defect| settings.planted == Some(d);
     let on = |f: Feature| settings.schedule.general.has(f);
-    let mut frame = LocalFrame::of(scene);
-    if planted(Defect::WorldFrame) {
-        frame = LocalFrame::world(&frame);
-    }
-    let eye = frame.point(scene.camera.look_from);
-    let round = Rounding { precision, padding: if planted(Defect::TightBoxes) { 0.0 } else { bvh::PADDING } };
+    let Recipe { frame, eye, padding, degenerate_normal, single_radii } = recipe;
+    let round = Rounding { precision, padding };
     let mut solids = Vec::new();
-    let degenerate_normal = planted(Defect::KeepDegenerate).then_some(DVec3::Y);
     let triangles = Triangles::new(scene, &frame, round, degenerate_normal, eye, &mut solids);
     let Kept { mut prims, degenerate, mut exact } = triangles.kept();
     let (count, flat_count) = (prims.len(), triangles.len() as u32);
@@ -127,8 +133,7 @@ pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, fo
             0
         };
         let rounded = round.point(center);
-        let is_wide =
-            precision != Precision::Fast && !planted(Defect::NoWide) && !WIDE_RADII.contains(&radius);
+        let is_wide = precision != Precision::Fast && !single_radii.contains(&radius);
         let (radius, wide) = if is_wide {
             wide_spheres.push(wide_sphere(center, radius, round));
             // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
@@ -212,9 +217,6 @@ pub fn pack_forms(scene: &Scene, settings: &Settings, brute_force_max: usize, fo
     let media_capacity = at_once.max(least);
     eye_media.resize(media_capacity as usize, 0);
     let eye_in = solids.iter().filter(|s| s.contains_eye).count();
-    if planted(Defect::EyeInAir) {
-        eye_media.fill(0);
-    }
     let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
     let branching = used().any(branches);
     let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
@@ -292,10 +294,7 @@ impl Packed {
         let forward = (c.look_at - c.look_from).normalize();
         let right = forward.cross(c.up).normalize();
         let up = right.cross(forward);
-        let (eye, mut advance) = self.frame.eye(c, forward);
-        if settings.planted == Some(Defect::EyeOrigin) {
-            advance = 0.0;
-        }
+        let (eye, advance) = self.frame.eye(c, forward);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();

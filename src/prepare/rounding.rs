@@ -65,7 +65,7 @@ impl Rounding {
         DVec3::new(self.number(p.x), self.number(p.y), self.number(p.z))
     }
 
-    /// `pad_down` and `pad_up` of glsl/lib/box.glsl, operation by operation in the kernels' precision.
+    /// `pad_down` and `pad_up` of glsl/lib/shape/box.glsl, operation by operation in the kernels' precision.
     pub fn padded(self, lo: DVec3, hi: DVec3) -> Bounds {
         let pad = |x: f64| self.number(self.padding * x.abs().max(1.0));
         let axis = |f: &dyn Fn(usize) -> f64| DVec3::new(f(0), f(1), f(2));

@@ -32,7 +32,7 @@ pub(super) struct Triangles<'a> {
     scene: &'a Scene,
     map: PointMap,
     round: Rounding,
-    /// Normal of a triangle without area, where such are kept: the planted defect.
+    /// As in `Recipe`.
     degenerate_normal: Option<DVec3>,
     /// Polygon, and the second of its corners, of each triangle that is of a polygon.
     fans: Vec<(u32, u32)>,

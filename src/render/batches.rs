@@ -3,13 +3,13 @@
 use super::tally::Tally;
 use super::upload::uploads;
 use super::{Observer, RenderError};
-use crate::kernel::abi::{self, Buf, DepthCount, Film, Mark, Push, Queue};
+use crate::kernel::abi::{self, Buf, DepthCount, Film, Mark};
 use crate::plan::Plan;
-use crate::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
+use crate::plan::dispatches::{Batch, Step, dispatches};
+use crate::plan::passes::Size;
 use crate::plan::tiles::{self, Tile};
 use crate::prepare::Packed;
 use crate::report::timeline::Submit;
-use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
 use std::ops::Range;
@@ -31,11 +31,12 @@ const TRANSIENT: &[Buf] = &[
     Buf::NextQueue,
     Buf::Hits,
     Buf::Surfaces,
-    Buf::Totals,
+    Buf::ChildCounts,
+    Buf::ChildMasks,
     Buf::Offsets,
-    Buf::Places,
+    Buf::RayIndices,
     Buf::Contributions,
-    Buf::Slots,
+    Buf::SampleRadiance,
     Buf::Paths,
 ];
 
@@ -104,7 +105,7 @@ impl Frame {
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
         packed: &Packed,
-        scene: &Scene,
+        camera: abi::double::Camera,
         settings: &Settings,
         plan: &Plan,
     ) -> Result<Frame, VkError> {
@@ -112,7 +113,7 @@ impl Frame {
         let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
         let mut recorder = Recorder::new(device, &pipelines, &buffers, plan.specialisation.workgroup)?;
-        let camera = [packed.camera(scene, settings)];
+        let camera = [camera];
         // A scene may be packed for either walk; the plan has room for the nodes of one.
         let unused = if plan.walks_in_packets() { Buf::Nodes } else { Buf::CompressedNodes };
         for upload in uploads(packed, &camera, settings.precision) {
@@ -129,7 +130,7 @@ impl Frame {
             recorder,
             settings: settings.clone(),
             plan: plan.clone(),
-            lights: packed.lights.len() as u32,
+            lights: plan.specialisation.light_count,
             batch_samples: plan.batch_samples,
             rate: 0.0,
             poison: false,
@@ -148,6 +149,11 @@ impl Frame {
         self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2));
         self.recorder.submit(&self.buffers)?;
         Ok(())
+    }
+
+    /// Starts over: batches as planned, no pace known.
+    pub(super) fn begin(&mut self) {
+        (self.batch_samples, self.rate) = (self.plan.batch_samples, 0.0);
     }
 
     /// The tiles that `drawn` lacks, until done or cancelled. Gives the share of samples done and what
@@ -294,72 +300,23 @@ impl Frame {
         false
     }
 
-    /// Records the frame for `samples` samples of every pixel of `part`.
+    /// Records the dispatches for `samples` samples of every pixel of `part`.
     fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) {
+        let Part { x, y, width, pixels } = *part;
         let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
-        let items = part.pixels * samples;
-        let push = Push {
-            tile_x: part.x,
-            tile_y: part.y,
-            tile_width: part.width,
-            tile_pixels: part.pixels,
-            first_sample,
-            batch_samples: samples,
-            samples: self.settings.samples,
-            seed: self.settings.seed,
-            depth: 0,
-            last_depth,
-            light_begin: 0,
-            light_end: self.lights,
-            capacity: self.plan.capacity,
-            items,
-            cutoff: self.settings.cutoff,
-        };
-        let groups = items.div_ceil(self.plan.specialisation.workgroup);
-        let queue = Queue {
-            groups_x: groups.min(abi::GROUPS_PER_ROW),
-            groups_y: groups.div_ceil(abi::GROUPS_PER_ROW),
-            groups_z: 1,
-            count: items,
-            reflections: 0,
-        };
+        let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
+        let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::bytes_of(&queue));
-        for pass in PROLOGUE {
-            self.dispatch(pass, 0, push, items);
+        for step in dispatches(&self.plan, last_depth) {
+            let items = match step.pass.size {
+                Size::Samples => batch.rays(),
+                Size::Pixels => pixels,
+                Size::Rays | Size::One => 0,
+            };
+            let Step { pass, depth, .. } = step;
+            let dispatch = Dispatch { pass, depth, push: step.push(push), items };
+            self.recorder.dispatch(&self.pipelines, &self.buffers, &dispatch);
         }
-        for depth in 1..=last_depth {
-            let push = Push { depth, ..push };
-            let fused = self.plan.specialisation.fused != 0;
-            for pass in PER_DEPTH.iter().filter(|p| p.is_of(fused)) {
-                match pass.when {
-                    When::Always => self.dispatch(pass, depth, push, 0),
-                    When::NotLast if depth < last_depth => self.dispatch(pass, depth, push, 0),
-                    When::Branching if depth > 1 && self.plan.specialisation.branching != 0 => {
-                        self.dispatch(pass, depth, push, 0);
-                    }
-                    When::PerLights => {
-                        let mut begin = 0;
-                        loop {
-                            let end = (begin + self.plan.lights_per_pass).min(self.lights);
-                            let push = Push { light_begin: begin, light_end: end, ..push };
-                            self.dispatch(pass, depth, push, 0);
-                            begin = end;
-                            if begin >= self.lights {
-                                break;
-                            }
-                        }
-                    }
-                    When::NotLast | When::Branching => {}
-                }
-            }
-        }
-        for pass in EPILOGUE {
-            self.dispatch(pass, 0, push, part.pixels);
-        }
-    }
-
-    fn dispatch(&mut self, pass: &'static Pass, depth: u32, push: Push, items: u32) {
-        self.recorder.dispatch(&self.pipelines, &self.buffers, &Dispatch { pass, depth, push, items });
     }
 
     /// Running sums of the first `pixels` pixels, each with all its replicates, and, of a survey, their

@@ -28,8 +28,8 @@ pub enum RenderError {
     DoesNotFit(#[from] PlanError),
     /// One sample has more rays alive at one depth than the planned queue holds.
     #[error(
-        "one sample{} has more than {capacity} rays alive at one depth, more than the planned queue holds; \
-         try a smaller --depth",
+        "one sample{} has more than {capacity} rays alive at one depth, more than the queue holds; \
+         reduce --depth",
         of_pixel(pixel)
     )]
     TooManyRays {

@@ -2,6 +2,7 @@
 
 mod batches;
 mod error;
+mod prepared;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
@@ -13,23 +14,26 @@ mod upload;
 
 pub(crate) use batches::mean;
 pub use error::RenderError;
+pub(crate) use prepared::Built;
+pub use prepared::Prepared;
 pub use resume_state::{Begun, Mismatch, Unfinished};
 pub use survey::Survey;
-pub use trial::{Run, Share};
+pub use trial::{Run, Trial};
 
-use crate::image::{self, SaveError, View, linear_sha256};
-use crate::kernel::table::Kernel;
-use crate::plan::{self, Plan};
-use crate::prepare::coincident_solids;
-use crate::prepare::{Packed, pack_forms};
-use crate::report::timeline::{FrameTrace, Phase};
-use crate::report::{Report, TimeInfo};
+#[cfg(feature = "defects")]
+use crate::kernel::defects::Defect;
+use crate::image::{self, SaveError, View};
+use crate::kernel::table::{Kernel, KernelSet};
+use crate::plan::explain::explain;
+use crate::plan::{Plan, PlannedScene, Purpose};
+use crate::prepare::Recipe;
+use crate::prepare::local_frame::LocalFrame;
+use crate::report::Report;
+use crate::report::explain::Outline;
 use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines};
-use batches::Drawn;
 pub(crate) use batches::Frame;
-use resume_state::Identity;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -94,11 +98,10 @@ pub struct Renderer {
     variants: BTreeMap<Variant, Rc<Pipelines>>,
     arithmetic: SelfTest,
     opened: Duration,
+    kernels: KernelSet,
+    recipe: fn(&Scene) -> Recipe,
     brute_force: Option<bool>,
-    omitted_barrier: Option<Kernel>,
     poison: bool,
-    keep_submits: bool,
-    trace: FrameTrace,
 }
 
 impl Renderer {
@@ -129,11 +132,10 @@ impl Renderer {
             arithmetic,
             variants: BTreeMap::new(),
             opened: start.elapsed(),
+            kernels: KernelSet::SHIPPED,
+            recipe: Recipe::of,
             brute_force: None,
-            omitted_barrier: None,
             poison: false,
-            keep_submits: false,
-            trace: FrameTrace::default(),
         })
     }
 
@@ -152,11 +154,15 @@ impl Renderer {
         match self.arithmetic.double {
             Some(double) if double.faults().is_empty() => (
                 Settings { precision: Precision::Double, ..asked.clone() },
-                vec![format!("rendered in f64, as this device's f32 cannot be trusted: {why}")],
+                vec![format!(
+                    "rendered in f64 because the f32 arithmetic of this device is unreliable: {why}"
+                )],
             ),
             _ => (
                 asked.clone(),
-                vec![format!("bounds may not hold, as this device's f32 cannot be trusted: {why}")],
+                vec![format!(
+                    "error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}"
+                )],
             ),
         }
     }
@@ -176,20 +182,35 @@ impl Renderer {
         self.brute_force = brute_force;
     }
 
-    /// The scene as this device's kernels need it, for an image or (`survey`) for listed pixels.
-    pub(crate) fn pack(&self, scene: &Scene, settings: &Settings, survey: bool) -> Packed {
-        let limits = self.device.limits();
-        let max = plan::brute_force_max(self.brute_force, settings, &limits, survey);
-        pack_forms(scene, settings, max, limits.forms(settings))
-    }
-
     pub(crate) fn forced_brute_force(&self) -> Option<bool> {
         self.brute_force
     }
 
-    /// Plants a missing barrier, for a test of the validation.
-    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
-        self.omitted_barrier = kernel;
+    /// How `scene` becomes arrays.
+    pub(crate) fn recipe(&self, scene: &Scene) -> Recipe {
+        (self.recipe)(scene)
+    }
+
+    /// The frame that the kernels see `scene` in.
+    pub(crate) fn frame(&self, scene: &Scene) -> LocalFrame {
+        self.recipe(scene).frame
+    }
+
+    /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
+    /// of them, none switched on.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn plant(&mut self, defect: Defect) {
+        self.kernels = KernelSet::planted(defect);
+        self.recipe = Recipe::planted(defect);
+    }
+
+    /// From now on renders without the barrier after `kernel`, for a test of the validation.
+    #[cfg(feature = "defects")]
+    #[doc(hidden)]
+    pub fn omit_barrier_after(&mut self, kernel: Kernel) {
+        self.kernels = KernelSet::without_barrier_after(kernel);
+        self.variants.clear();
     }
 
     /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
@@ -198,18 +219,7 @@ impl Renderer {
         self.poison = poison;
     }
 
-    /// Keeps the submits of each render for [`Renderer::take_trace`], and puts only one batch in each, so
-    /// that the items of every dispatch are known.
-    pub fn keep_submits(&mut self, keep: bool) {
-        self.keep_submits = keep;
-    }
-
-    /// When the phases of the last render began and ended, and its submits if they were kept.
-    pub fn take_trace(&mut self) -> FrameTrace {
-        std::mem::take(&mut self.trace)
-    }
-
-    /// Renders `scene`. Pipelines are kept for the next render with the same kernels.
+    /// Renders `scene`. Kernels stay compiled for the next render.
     ///
     /// # Errors
     /// [`RenderError::NoDouble`] if the settings ask for f64 and the device has none;
@@ -230,11 +240,11 @@ impl Renderer {
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        self.finish(scene, settings, None, observer)
+        self.prepare(scene, settings)?.render_with(observer)
     }
 
-    /// Renders what an earlier, interrupted render left; the image is the same, bit for bit, as if it
-    /// had not been interrupted. Rays and times are those of both parts together.
+    /// Continues an earlier, interrupted render; the image is the same, bit for bit, as without the
+    /// interruption. Rays and times are those of both parts together.
     ///
     /// # Errors
     /// As [`Renderer::render`]; also [`RenderError::Mismatch`] if `earlier` is of another scene, device, program, or
@@ -246,73 +256,43 @@ impl Renderer {
         earlier: Unfinished,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        self.finish(scene, settings, Some(earlier), observer)
+        self.prepare(scene, settings)?.resume(earlier, observer)
     }
 
-    fn finish(
-        &mut self,
+    /// Makes `scene` ready under `settings`, for one or several renders of the same image.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn prepare(&mut self, scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
+        let built = self.build(scene, settings, Purpose::Image)?;
+        self.prepare_built(scene, built)
+    }
+
+    /// Packs and plans `scene` for this device. The plan may refuse; [`Renderer::prepare_built`] then fails.
+    pub(crate) fn build(
+        &self,
         scene: &Scene,
         settings: &Settings,
-        earlier: Option<Unfinished>,
-        observer: &mut dyn Observer,
-    ) -> Result<Rendered, RenderError> {
-        let began = Instant::now();
-        let opened = std::mem::take(&mut self.opened);
-        let start = began;
+        purpose: Purpose,
+    ) -> Result<Built, RenderError> {
+        let start = Instant::now();
         let (settings, warnings) = self.trusted(settings);
-        let settings = &settings;
-        self.check_precision(settings)?;
-        let packed = self.pack(scene, settings, false);
-        let plan = Plan::new(&packed, settings, &self.device.limits())?;
-        let device = self.device.info();
-        let identity = || Identity::new(&device, &packed, scene, settings);
-        let (mut drawn, before) = match earlier {
-            None => (Drawn::new(settings), TimeInfo::default()),
-            Some(earlier) => earlier.into_drawn(&identity())?,
-        };
-        let built = start.elapsed();
-        let mut trace = FrameTrace::default();
-        trace.phases.push(Phase::since("build", start));
+        self.check_precision(&settings)?;
+        let limits = self.device.limits();
+        let planned =
+            PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
+        Ok(Built::new(planned, warnings, start))
+    }
 
-        let start = Instant::now();
-        let (pipelines, fresh) = self.pipelines(&plan, settings.precision)?;
-        let mut frame = Frame::new(&self.device, pipelines, &packed, scene, settings, &plan)?;
-        frame.recorder.omit_barrier_after(self.omitted_barrier);
-        frame.poison = self.poison;
-        if fresh {
-            frame.warm_up()?;
-        }
-        frame.trace = self.keep_submits.then(Vec::new);
-        trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
-        let first_dispatch = start.elapsed() + opened;
+    /// Explains what [`Renderer::build`] planned, refused or not; `file` is the scene's path as given.
+    pub(crate) fn explain(&self, built: &Built, file: &str) -> Outline {
+        let PlannedScene { packed, settings, limits, .. } = &built.planned;
+        explain(file, &self.device.info(), packed, settings, limits, built.planned.plan().ok())
+    }
 
-        let start = Instant::now();
-        let (done, cut) = frame.render(&mut drawn, observer)?;
-        let render = start.elapsed();
-        trace.phases.push(Phase::since("render", start));
-        trace.submits = frame.trace.take().unwrap_or_default();
-        self.trace = trace;
-        let mut tally = drawn.tally.clone();
-        tally.add(&cut);
-        let mut report = tally.report(settings, &packed, &plan);
-        report.time = TimeInfo {
-            wall: before.wall + (scene.read_time.0 + opened + began.elapsed()).as_secs_f64(),
-            scene: before.scene + scene.read_time.0.as_secs_f64(),
-            build: before.build + built.as_secs_f64(),
-            first_dispatch: before.first_dispatch + first_dispatch.as_secs_f64(),
-            device: report.passes.iter().map(|p| p.seconds).sum(),
-            render: before.render + render.as_secs_f64(),
-        };
-        let [x0, y0, x1, y1] = settings.region();
-        let (width, height) = (x1 - x0, y1 - y0);
-        let unfinished = (done < 1.0 && !drawn.finished.is_empty())
-            .then(|| Unfinished::new(identity(), report.time.clone(), &drawn));
-        report.device = device;
-        report.scene.file = scene.file.display().to_string();
-        report.image.linear_sha256 = linear_sha256(&drawn.linear);
-        report.warnings = warnings;
-        report.warnings.extend(coincident_solids::warnings(scene));
-        Ok(Rendered { width, height, linear: drawn.linear, done, report, unfinished })
+    /// Compiles kernels and fills buffers for what [`Renderer::build`] planned.
+    pub(crate) fn prepare_built(&mut self, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
+        Prepared::new(self, scene, built)
     }
 
     pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
@@ -329,11 +309,11 @@ impl Renderer {
     ) -> Result<(Rc<Pipelines>, bool), RenderError> {
         let double = precision == Precision::Double;
         let (kernels, s) = (plan.kernels(), &plan.specialisation);
-        let key = (double, kernels.clone(), s.values());
+        let key = (double, kernels.clone(), self.kernels.values(s));
         if let Some(found) = self.variants.get(&key) {
             return Ok((Rc::clone(found), false));
         }
-        let built = Rc::new(Pipelines::new(&self.device, kernels.into_iter(), s, double)?);
+        let built = Rc::new(Pipelines::new(&self.device, self.kernels, kernels.into_iter(), s, double)?);
         self.variants.insert(key, Rc::clone(&built));
         Ok((built, true))
     }

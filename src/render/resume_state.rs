@@ -5,10 +5,10 @@ use super::tally::Tally;
 use super::upload::{Upload, uploads};
 use crate::image::linear_sha256;
 use crate::kernel::abi::Buf;
+use crate::kernel::abi::double::Camera;
 use crate::plan::tiles::Tile;
 use crate::prepare::Packed;
 use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo, TimeInfo};
-use crate::scene::Scene;
 use crate::settings::Settings;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -30,8 +30,8 @@ pub(super) struct Identity {
 }
 
 impl Identity {
-    pub(super) fn new(device: &DeviceInfo, packed: &Packed, scene: &Scene, settings: &Settings) -> Identity {
-        let camera = [packed.camera(scene, settings)];
+    pub(super) fn new(device: &DeviceInfo, packed: &Packed, camera: Camera, settings: &Settings) -> Identity {
+        let camera = [camera];
         let mut hash = Sha256::new();
         // Nodes decide no bit, and which form of them there is follows from the schedule.
         let is_node = |u: &Upload| matches!(u.buffer, Buf::Nodes | Buf::CompressedNodes);
@@ -53,26 +53,24 @@ impl Identity {
         let version = |p: &ProgramInfo| format!("{} {} ({})", p.name, p.version, p.git);
         let device = |d: &DeviceInfo| format!("{}, {}, Vulkan {}", d.name, d.driver, d.api);
         let differ = |what: &str, then: String, now: String| {
-            (then != now).then(|| Mismatch(format!("it was begun with {what} {then}, this one has {now}")))
+            (then != now).then(|| Mismatch(format!("it belongs to {what} {then}, this one has {now}")))
         };
         let faults = [
-            differ("the program", version(&self.program), version(&now.program)),
-            differ("the settings", told(&self.settings), told(&now.settings)),
-            differ("the device", device(&self.device), device(&now.device)),
+            differ("program", version(&self.program), version(&now.program)),
+            differ("settings", options(&self.settings), options(&now.settings)),
+            differ("device", device(&self.device), device(&now.device)),
         ];
         if let Some(fault) = faults.into_iter().flatten().next() {
             return Err(fault);
         }
         if self != now {
-            return Err(Mismatch(
-                "the scene, or a file that it names, has changed since it was begun".into(),
-            ));
+            return Err(Mismatch("the scene, or a file it refers to, has changed since".into()));
         }
         Ok(())
     }
 }
 
-fn told(s: &SettingsInfo) -> String {
+fn options(s: &SettingsInfo) -> String {
     let crop = s.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(" --crop {x0},{y0},{x1},{y1}"));
     format!(
         "--size {}x{}{crop} --samples {} --depth {} --cutoff {} --sampler {} --seed {} --precision {} --origin {} (replicates {})",
@@ -178,12 +176,12 @@ impl Unfinished {
         let mut header = Vec::new();
         from.read_until(b'\n', &mut header)?;
         if crate::accuracy::promise::is_kept(&header) {
-            return Err(damaged("it was begun with --error or --budget"));
+            return Err(damaged("it belongs to a render with --error or --budget"));
         }
         let mut state: Unfinished = serde_json::from_slice(&header)?;
         let region = state.identity.settings.region();
         if !state.tiles.iter().all(|tile| tile.is_in(region)) {
-            return Err(damaged("a tile lies outside the image"));
+            return Err(damaged("the file is damaged: a tile outside the image"));
         }
         let mut bytes = Vec::new();
         from.read_to_end(&mut bytes)?;
@@ -191,7 +189,7 @@ impl Unfinished {
         state.linear = channels.as_chunks().0.to_vec();
         let pixels: u64 = state.tiles.iter().map(|tile| u64::from(tile.pixels())).sum();
         if bytes.len() as u64 != 12 * pixels || linear_sha256(&state.linear) != state.linear_sha256 {
-            return Err(damaged("the pixels are not those that were written"));
+            return Err(damaged("the file is damaged: wrong checksum"));
         }
         Ok(state)
     }

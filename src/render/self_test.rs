@@ -3,6 +3,7 @@
 
 use crate::cache_folder;
 use crate::kernel::abi::{self, BUFFERS, Buf, Push, Specialisation};
+use crate::kernel::table::KernelSet;
 use crate::plan::element_bytes;
 use crate::plan::passes::SELF_TEST;
 use crate::settings::Precision;
@@ -96,7 +97,8 @@ pub fn run(device: &Rc<Device>) -> Result<SelfTest, VkError> {
 fn dispatch(device: &Rc<Device>, precision: Precision) -> Result<Vec<u8>, VkError> {
     let specialisation = Specialisation::default();
     let kernels = SELF_TEST.iter().map(|p| p.kernel);
-    let pipelines = Pipelines::new(device, kernels, &specialisation, precision == Precision::Double)?;
+    let pipelines =
+        Pipelines::new(device, KernelSet::SHIPPED, kernels, &specialisation, precision == Precision::Double)?;
     let total = u64::from(ITEMS * abi::SELF_TEST_ROW) * element_bytes("real", precision);
     let bytes: Vec<u64> = BUFFERS.iter().map(|(.., b)| if *b == Buf::SelfTest { total } else { 4 }).collect();
     let mut buffers = Buffers::new(device, &bytes, total)?;

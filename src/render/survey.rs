@@ -1,13 +1,12 @@
 //! Samples of listed pixels, told apart: the sums of each replicate, and what the paths did. What is
 //! rendered to an error, or with one, is traced through here.
 
-use super::batches::{End, Frame, Part, sum};
+use super::batches::{End, Part, sum};
 use super::resume_state::Identity;
 use super::tally::Tally;
-use super::{Begun, Observer, RenderError, Renderer};
+use super::{Begun, Observer, Prepared, RenderError, Renderer};
 use crate::kernel::abi;
-use crate::plan::Plan;
-use crate::prepare::Packed;
+use crate::plan::Purpose;
 use crate::render::samples::{Mark, Traced};
 use crate::report::Report;
 use crate::scene::Scene;
@@ -25,13 +24,11 @@ const PART_SHARE: f64 = 0.5;
 
 /// A scene on a device under fixed settings, whose pixels are traced on demand. Memory is taken once.
 pub struct Survey {
-    frame: Frame,
-    packed: Packed,
+    prepared: Prepared,
+    /// With the cuts in force ([`Survey::cut_at`]).
     settings: Settings,
     /// Depth that memory was planned for.
     deepest: u32,
-    /// Why its settings are others than were asked for.
-    pub warnings: Vec<String>,
     tally: Tally,
     /// Rays that fit a batch; halved when a queue overflows.
     batch: u32,
@@ -39,10 +36,6 @@ pub struct Survey {
     deadline: Option<Instant>,
     /// Seconds that a sample of the last part took, and those of the shortest part, both with everything.
     pace: Option<(f64, f64)>,
-    /// Time that went into packing and planning.
-    pub built: Duration,
-    /// Time that went into kernels and buffers.
-    pub prepared: Duration,
 }
 
 impl Survey {
@@ -51,42 +44,27 @@ impl Survey {
     /// # Errors
     /// As [`Renderer::render`].
     pub fn new(renderer: &mut Renderer, scene: &Scene, settings: &Settings) -> Result<Survey, RenderError> {
-        let start = Instant::now();
         // No sample lies at its pixel's centre by rule: one of many is all that a survey knows.
         let settings = Settings { samples: u32::MAX, crop: None, ..settings.clone() };
-        let (settings, warnings) = renderer.trusted(&settings);
-        renderer.check_precision(&settings)?;
-        let packed = renderer.pack(scene, &settings, true);
-        let plan = Plan::survey(&packed, &settings, &renderer.device.limits())?;
-        let built = start.elapsed();
-        let start = Instant::now();
-        let (pipelines, fresh) = renderer.pipelines(&plan, settings.precision)?;
-        let mut frame = Frame::new(&renderer.device, pipelines, &packed, scene, &settings, &plan)?;
-        frame.poison = renderer.poison;
-        if fresh {
-            frame.warm_up()?;
-        }
+        let built = renderer.build(scene, &settings, Purpose::Survey)?;
+        let prepared = renderer.prepare_built(scene, built)?;
+        let plan = prepared.plan();
         let batch = plan.tile_pixels.saturating_mul(plan.batch_samples);
-        let prepared = start.elapsed() + std::mem::take(&mut renderer.opened);
-        let deepest = settings.depth;
+        let settings = prepared.settings().clone();
         Ok(Survey {
-            frame,
-            packed,
+            deepest: settings.depth,
             settings,
-            deepest,
-            warnings,
+            prepared,
             tally: Tally::default(),
             batch,
             deadline: None,
             pace: None,
-            built,
-            prepared,
         })
     }
 
     /// Rays, times and counts so far. Its image, device and warnings are the caller's to fill.
     pub fn report(&self) -> Report {
-        self.tally.report(&self.settings, &self.packed, &self.frame.plan)
+        self.tally.report(&self.settings, self.prepared.packed(), self.prepared.plan())
     }
 
     /// Replicates of every pixel.
@@ -109,7 +87,7 @@ impl Survey {
         self.settings.depth = depth.min(self.deepest);
         self.settings.cutoff = cutoff;
         self.pace = None;
-        self.frame.cut_at(self.settings.depth, cutoff);
+        self.prepared.frame.cut_at(self.settings.depth, cutoff);
     }
 
     /// Ends every trace by `deadline`, with what is there then; no part is begun that would not be done
@@ -118,9 +96,25 @@ impl Survey {
         self.deadline = deadline;
     }
 
-    /// What the bits of its samples depend on, `settings` being those asked for.
-    pub fn begun(&self, renderer: &Renderer, scene: &Scene, settings: &Settings) -> Begun {
-        Begun::new(Identity::new(&renderer.device.info(), &self.packed, scene, settings))
+    /// What the user should know of the image to come.
+    pub fn warnings(&self) -> &[String] {
+        self.prepared.warnings()
+    }
+
+    /// Time that went into packing and planning.
+    pub fn built(&self) -> Duration {
+        self.prepared.built
+    }
+
+    /// Time that went into opening the device, kernels and buffers.
+    pub fn prepared(&self) -> Duration {
+        self.prepared.prepared
+    }
+
+    /// What the bits of its samples depend on, `asked` being the settings asked for.
+    pub fn begun(&self, asked: &Settings) -> Begun {
+        let Prepared { device, camera, .. } = &self.prepared;
+        Begun::new(Identity::new(device, self.prepared.packed(), *camera, asked))
     }
 
     /// `begun` with what was counted so far.
@@ -166,14 +160,14 @@ impl Survey {
             parts.push(rest);
             let start = Instant::now();
             let count = list.len() as u32;
-            self.frame.list(list)?;
-            self.frame.batch_samples = (self.batch / count).clamp(1, abi::LOOP_CAP / 2);
+            self.prepared.frame.list(list)?;
+            self.prepared.frame.batch_samples = (self.batch / count).clamp(1, abi::LOOP_CAP / 2);
             let part = Part::listed(self.settings.width, count);
             let done = traced.marks.len() as u64 * each;
-            match self.frame.samples(&part, samples.clone(), &mut observer, done, total)? {
+            match self.prepared.frame.samples(&part, samples.clone(), &mut observer, done, total)? {
                 End::Done(n, _) if u64::from(n) < each => break,
                 End::Done(_, more) => {
-                    let (film, marks) = self.frame.film(count)?;
+                    let (film, marks) = self.prepared.frame.film(count)?;
                     traced.sums.extend(film.iter().map(sum));
                     traced.marks.extend(marks.iter().map(mark));
                     self.tally.add(&more);
@@ -181,14 +175,14 @@ impl Survey {
                     let shortest = self.pace.map_or(f64::INFINITY, |(_, shortest)| shortest);
                     self.pace = Some((seconds / (count as f64 * each as f64), seconds.min(shortest)));
                 }
-                End::Overflow if self.frame.batch_samples > 1 => {
-                    self.batch = (self.frame.batch_samples / 2).max(1).saturating_mul(count);
+                End::Overflow if self.prepared.frame.batch_samples > 1 => {
+                    self.batch = (self.prepared.frame.batch_samples / 2).max(1).saturating_mul(count);
                     parts.push(list);
                 }
                 End::Overflow => {
                     if let [pixel] = list {
                         let width = self.settings.width;
-                        return Err(self.frame.pixel_too_deep(pixel % width, pixel / width));
+                        return Err(self.prepared.frame.pixel_too_deep(pixel % width, pixel / width));
                     }
                     let (first, second) = list.split_at(list.len() / 2);
                     parts.extend([second, first]);
@@ -203,7 +197,7 @@ impl Survey {
 
     /// Pixels of the next part, `each` samples of each; none if there is no time for any.
     fn part_pixels(&self, each: u64) -> usize {
-        let most = self.frame.plan.tile_pixels as usize;
+        let most = self.prepared.frame.plan.tile_pixels as usize;
         let left = self.deadline.map(|d| d.saturating_duration_since(Instant::now()).as_secs_f64());
         let samples = match (self.pace, left) {
             (None, None) => return most,

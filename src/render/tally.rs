@@ -89,7 +89,6 @@ impl Tally {
                 bytes: plan.bytes(),
                 tiles: self.tiles,
                 batches: self.batches,
-                known_shapes: plan.specialisation.few_known != 0,
             },
             counters: Counters {
                 degenerate_triangles: packed.degenerate_triangles,

@@ -1,27 +1,24 @@
-//! A share of an image: bands of it, traced by the very kernels and buffers of the whole. What it takes says
-//! what the whole will take, and what one variant of the kernels costs beside another.
+//! Trial render: traces up to 16 bands of the image with the final kernels and buffers, to predict the time of
+//! the whole, or to set one variant of the kernels beside another.
 
-use super::batches::{End, Frame, Part, mean};
+use super::batches::{End, Part, mean};
 use super::tally::Tally;
-use super::{Observer, Quiet, RenderError, Renderer};
+use super::{Observer, Prepared, Quiet, RenderError};
 use crate::kernel::table::Kernel;
-use crate::plan::Plan;
 use crate::plan::predicted_time::{Model, Unpredictable};
 use crate::plan::tiles::Tile;
-use crate::prepare::Packed;
 use crate::report::Report;
-use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::stats::median;
 use crate::units::{grouped, plural};
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Bands over the image's height, a power of two.
 const BANDS: u32 = 16;
 /// Bands that are traced whatever time they take.
 const BANDS_LEAST: usize = 4;
-/// Samples of a share: an eighth of all, within these. Fewer would be all starts (of 3,000 rays a dispatch, half
+/// Samples of a trial: an eighth of all, within these. Fewer would be all starts (of 3,000 rays a dispatch, half
 /// the time on lavapipe is waking threads and waiting for the last), more would be a render.
 const SAMPLES: [u64; 2] = [1 << 17, 1 << 18];
 /// Seconds after which the first run ends with the bands it has, and no run is begun for a model.
@@ -32,24 +29,16 @@ const RUNS: usize = 4;
 /// Runs of one pixel, to time the starts of dispatches.
 const STARTS: usize = 5;
 
-/// A share of a scene's image on a device.
-pub struct Share {
-    frame: Frame,
-    packed: Packed,
-    settings: Settings,
+/// A trial of a prepared scene.
+pub struct Trial<'a> {
+    prepared: &'a mut Prepared,
     bands: Vec<Tile>,
     samples: u32,
     /// Some bands were traced, so that those that are left are the ones that time allows.
     begun: bool,
-    /// Time that went into packing and planning.
-    pub built: Duration,
-    /// Time that went into opening the device, kernels and buffers.
-    pub prepared: Duration,
-    /// Kernels were compiled for it, or taken from the driver's cache.
-    pub fresh: bool,
 }
 
-/// One run of a share.
+/// One run of a trial.
 #[derive(Debug, Clone)]
 pub struct Run {
     /// Pixels of all bands, linear.
@@ -67,42 +56,16 @@ impl Run {
     }
 }
 
-impl Share {
-    /// Prepares the kernels and buffers of the whole image.
-    ///
-    /// # Errors
-    /// As [`Renderer::render`].
-    pub fn new(renderer: &mut Renderer, scene: &Scene, settings: &Settings) -> Result<Share, RenderError> {
-        let start = Instant::now();
-        let (settings, _) = renderer.trusted(settings);
-        renderer.check_precision(&settings)?;
-        let packed = renderer.pack(scene, &settings, false);
-        let plan = Plan::new(&packed, &settings, &renderer.device.limits())?;
-        let built = start.elapsed();
-        let start = Instant::now();
-        let (pipelines, fresh) = renderer.pipelines(&plan, settings.precision)?;
-        let mut frame = Frame::new(&renderer.device, pipelines, &packed, scene, &settings, &plan)?;
-        if fresh {
-            frame.warm_up()?;
-        }
-        let (bands, samples) = bands(&settings, plan.tile_pixels);
-        let prepared = start.elapsed() + std::mem::take(&mut renderer.opened);
-        Ok(Share { frame, packed, settings, bands, samples, begun: false, built, prepared, fresh })
+impl<'a> Trial<'a> {
+    /// Bands of the whole image, its kernels and buffers.
+    pub fn new(prepared: &'a mut Prepared) -> Trial<'a> {
+        let (bands, samples) = bands(prepared.settings(), prepared.plan().tile_pixels);
+        Trial { prepared, bands, samples, begun: false }
     }
 
-    /// The plan of the whole.
-    pub fn plan(&self) -> &Plan {
-        &self.frame.plan
-    }
-
-    /// The scene as packed.
-    pub fn packed(&self) -> &Packed {
-        &self.packed
-    }
-
-    /// Bytes that its buffers took on the device and the host.
-    pub fn bytes_taken(&self) -> u64 {
-        self.frame.buffers.taken()
+    /// The scene that is tried.
+    pub fn prepared(&self) -> &Prepared {
+        self.prepared
     }
 
     /// Only so many of the bands from now on.
@@ -110,8 +73,8 @@ impl Share {
         self.bands.truncate(bands.max(1));
     }
 
-    /// The bands and samples of another share of the same image, so that both trace the same.
-    pub fn take_bands(&mut self, other: &Share) {
+    /// The bands and samples of another trial of the same image, so that both trace the same.
+    pub fn take_bands(&mut self, other: &Trial<'_>) {
         self.bands.clone_from(&other.bands);
         (self.samples, self.begun) = (other.samples, true);
     }
@@ -134,13 +97,13 @@ impl Share {
             let device: f64 = traced.passes.values().map(|(_, seconds)| seconds).sum();
             times.push((device, traced.samples));
             tally.add(&traced);
-            let (film, _) = self.frame.film(band.pixels())?;
-            let replicates = self.frame.plan.specialisation.replicates as usize;
+            let (film, _) = self.prepared.frame.film(band.pixels())?;
+            let replicates = self.prepared.frame.plan.specialisation.replicates as usize;
             linear.extend(film.chunks(replicates).map(|pixel| mean(pixel, self.samples)));
             kept.push(band);
         }
         (self.bands, self.begun) = (kept, true);
-        let mut report = tally.report(&self.settings, &self.packed, &self.frame.plan);
+        let mut report = tally.report(self.prepared.settings(), self.prepared.packed(), self.prepared.plan());
         report.time.device = times.iter().map(|t| t.0).sum();
         report.time.render = begin.elapsed().as_secs_f64();
         Ok(Run { linear, bands: times, report })
@@ -149,7 +112,7 @@ impl Share {
     /// A model of the whole from a few runs, each pass at its mean: a render meets the same disturbances, which a median would leave out.
     ///
     /// # Errors
-    /// As [`Share::run`].
+    /// As [`Trial::run`].
     pub fn model(
         &mut self,
         observer: &mut dyn Observer,
@@ -165,13 +128,13 @@ impl Share {
             runs.remove(0);
         }
         let Some(run) = mean_run(&runs) else {
-            return Ok(Err(Unpredictable("the trial was cut short".into())));
+            return Ok(Err(Unpredictable("the trial was interrupted".into())));
         };
         let samples: u64 = run.bands.iter().map(|b| b.1).sum();
-        let [x0, y0, x1, y1] = self.settings.region();
-        let all = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(self.settings.samples);
+        let [x0, y0, x1, y1] = self.prepared.settings().region();
+        let all = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(self.prepared.settings().samples);
         let basis = format!(
-            "a trial of {} samples in {}, {:.1} % of all",
+            "a trial of {} samples in {} ({:.1} % of all samples)",
             grouped(samples),
             plural(run.bands.len() as u64, "band"),
             100.0 * samples as f64 / all as f64
@@ -182,7 +145,7 @@ impl Share {
 
     /// Seconds of a dispatch of each kernel that has one ray or none: the median of several.
     fn starts(&mut self) -> Result<BTreeMap<Kernel, f64>, RenderError> {
-        let [x0, y0, x1, y1] = self.settings.region();
+        let [x0, y0, x1, y1] = self.prepared.settings().region();
         let pixel = Tile { x: (x0 + x1) / 2, y: (y0 + y1) / 2, width: 1, height: 1 };
         let mut seen: BTreeMap<Kernel, Vec<f64>> = BTreeMap::new();
         for _ in 0..STARTS {
@@ -197,15 +160,17 @@ impl Share {
 
     /// So many samples of every pixel of a band, whatever the observer says (bands are short), in as few batches as there is room for.
     fn band(&mut self, band: Tile, samples: u32) -> Result<Tally, RenderError> {
-        let plan = &self.frame.plan;
+        let plan = &self.prepared.frame.plan;
         let room = plan.tile_pixels.saturating_mul(plan.batch_samples) / band.pixels();
-        self.frame.batch_samples = room.clamp(1, samples);
+        self.prepared.frame.batch_samples = room.clamp(1, samples);
         loop {
             let total = u64::from(band.pixels()) * u64::from(samples);
-            match self.frame.samples(&Part::from(&band), 0..samples, &mut Quiet, 0, total)? {
+            match self.prepared.frame.samples(&Part::from(&band), 0..samples, &mut Quiet, 0, total)? {
                 End::Done(_, tally) => return Ok(tally),
-                End::Overflow if self.frame.batch_samples > 1 => self.frame.batch_samples /= 2,
-                End::Overflow => return Err(self.frame.pixel_too_deep(band.x, band.y)),
+                End::Overflow if self.prepared.frame.batch_samples > 1 => {
+                    self.prepared.frame.batch_samples /= 2
+                }
+                End::Overflow => return Err(self.prepared.frame.pixel_too_deep(band.x, band.y)),
             }
         }
     }

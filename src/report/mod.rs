@@ -11,37 +11,37 @@ use crate::settings::Settings;
 use receipt::Receipt;
 use serde::{Deserialize, Serialize};
 
-/// One render, told in numbers.
+/// The report of one render.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Report {
-    /// Which program made the image.
+    /// Version of the program.
     pub program: ProgramInfo,
-    /// On which device.
+    /// Device used.
     pub device: DeviceInfo,
-    /// Of which scene.
+    /// Scene rendered.
     pub scene: SceneInfo,
-    /// With which settings.
+    /// Settings in force.
     pub settings: SettingsInfo,
-    /// What was planned before the start.
+    /// Sizes planned before the render.
     pub plan: PlanInfo,
-    /// Where the time went.
+    /// Times, seconds.
     pub time: TimeInfo,
-    /// Rays that were really traced.
+    /// Rays traced.
     pub rays: RayInfo,
-    /// One row per pass and depth, in frame order.
+    /// One row per pass and depth, in the order of dispatch.
     pub passes: Vec<PassInfo>,
-    /// How wrong the image may be; null where it was not asked for.
+    /// Error bounds; null if not asked for.
     pub error: Option<ErrorInfo>,
-    /// What was asked for instead of settings.
+    /// The error or time asked for.
     pub asked: AskedInfo,
-    /// Things that ought not to happen, counted.
+    /// Counts of numerical faults.
     pub counters: Counters,
-    /// What the user should know: arithmetic that could not be trusted, solids that coincide.
+    /// Warnings for the user, such as unreliable arithmetic or coincident solids.
     pub warnings: Vec<String>,
-    /// The image that came out.
+    /// The image file.
     pub image: ImageInfo,
-    /// What was planned, what it took, what it did without: of `render --receipt`, else absent.
+    /// The receipt of `render --receipt`; otherwise absent.
     #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
     pub receipt: Option<Receipt>,
 }
@@ -70,7 +70,7 @@ impl Default for ProgramInfo {
 /// The Vulkan device.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DeviceInfo {
-    /// As the driver names it.
+    /// Name given by the driver.
     pub name: String,
     /// `cpu`, `discrete`, `integrated`, `virtual` or `other`.
     #[serde(rename = "type")]
@@ -81,12 +81,12 @@ pub struct DeviceInfo {
     pub api: String,
 }
 
-/// What the scene holds.
+/// Contents of the scene.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct SceneInfo {
     /// Path as given.
     pub file: String,
-    /// Triangles after polygons and faces were fanned and degenerate ones dropped.
+    /// Triangles, after triangulation and without degenerate ones.
     pub triangles: u64,
     /// Analytic spheres.
     pub spheres: u64,
@@ -99,7 +99,7 @@ pub struct SceneInfo {
 /// `local = (world - center) * 2^scale_log2`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct LocalFrameInfo {
-    /// Metres.
+    /// World coordinates of the origin of the local frame.
     pub center: [f64; 3],
     /// Binary exponent.
     pub scale_log2: i32,
@@ -108,32 +108,32 @@ pub struct LocalFrameInfo {
 /// The settings in force.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SettingsInfo {
-    /// Pixels.
+    /// Width, pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height, pixels.
     pub height: u32,
-    /// Per pixel.
+    /// Samples per pixel.
     pub samples: u32,
     /// Rays in the longest path.
     pub depth: u32,
-    /// Rays with less throughput are not spawned; 0 spawns all.
+    /// Rays with a smaller throughput are not spawned; 0 spawns all.
     pub cutoff: f32,
     /// `random`, `stratified` or `owen`.
     pub sampler: String,
-    /// Independently scrambled sequences that the samples are dealt to.
+    /// Number of independently scrambled sequences that the samples are divided into.
     pub replicates: u32,
-    /// `robust`.
+    /// `fast`, `robust` or `f64`.
     pub precision: String,
     /// Seed of the sampler.
     pub seed: u32,
-    /// Ray-origin policy: `bound`.
+    /// Origin of secondary rays: `bound` or `fixed:X`.
     pub origin: String,
     /// `[x0, y0, x1, y1]` in pixels, or null for the whole image.
     pub crop: Option<[u32; 4]>,
 }
 
 impl SettingsInfo {
-    /// The settings under the report's names.
+    /// The report's form of `settings`.
     pub fn of(settings: &Settings) -> SettingsInfo {
         SettingsInfo {
             width: settings.width,
@@ -152,7 +152,7 @@ impl SettingsInfo {
 }
 
 impl SettingsInfo {
-    /// The rectangle of pixels that is rendered: `[x0, y0, x1, y1]`.
+    /// The rendered rectangle, `[x0, y0, x1, y1]` in pixels.
     pub fn region(&self) -> [u32; 4] {
         self.crop.unwrap_or([0, 0, self.width, self.height])
     }
@@ -162,22 +162,21 @@ impl SettingsInfo {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PlanInfo {
-    /// What the scene requires, in plain words.
+    /// Features of the scene that the kernels are compiled for.
     pub features: Vec<String>,
-    /// Device memory.
+    /// Bytes of device memory.
     pub bytes: u64,
     /// Tiles of the image.
     pub tiles: u64,
     /// Batches of samples over all tiles.
     pub batches: u64,
-    /// Whether the scene's shapes were constants of the kernels.
-    pub known_shapes: bool,
 }
 
-/// Where the time went, seconds.
+/// Times, seconds.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeInfo {
-    /// Whole process up to the report.
+    /// From the library: the sum of `scene`, `build`, `first_dispatch` and `render`. From the command line: the whole
+    /// process up to the report.
     pub wall: f64,
     /// Reading and checking the scene.
     pub scene: f64,
@@ -191,7 +190,7 @@ pub struct TimeInfo {
     pub render: f64,
 }
 
-/// Live rays.
+/// Numbers of rays traced.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct RayInfo {
     /// Camera rays.
@@ -224,69 +223,69 @@ pub struct DepthInfo {
     pub shadow: u64,
 }
 
-/// One row of the profile.
+/// One pass at one depth.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct PassInfo {
     /// The kernel's name.
     pub name: String,
     /// Depth, 1 = primary rays; 0 for passes outside the per-depth loop.
     pub depth: u32,
-    /// Dispatches added up in this row.
+    /// Number of dispatches.
     pub launches: u64,
-    /// Device seconds between timestamps, barrier included.
+    /// Device seconds between timestamps, including the barrier.
     pub seconds: f64,
-    /// Live items (rays or pixels) worked on.
+    /// Rays, samples or pixels processed.
     pub items: u64,
 }
 
-/// The error budget: three parts whose sum holds the true error, in linear light clamped to [0, 1].
+/// The error bound: three parts whose sum bounds the true error, in linear light clamped to [0, 1].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorInfo {
-    /// `rmse`, over all pixels and channels.
+    /// Kind of error: `rmse`, over all pixels and channels.
     pub kind: String,
-    /// With which the sampling part holds.
+    /// Confidence of the sampling part, in (0, 1).
     pub confidence: f64,
-    /// Upper bound on what finitely many samples leave.
+    /// Upper bound on the sampling error.
     pub sampling: f64,
-    /// Root of the expected mean squared sampling error; no safety in it.
+    /// Best estimate of the sampling error, without a safety margin.
     pub sampling_estimate: f64,
-    /// Upper bound on what rays that were not traced would have added to the image as shown.
+    /// Upper bound on the contribution of rays that were not traced, to the clamped image.
     pub truncation: f64,
-    /// False where hidden light has no bound; as shown it still adds no more than `truncation`.
+    /// False if the light of rays that were not traced has no bound; clamped, it is still at most `truncation`.
     pub truncation_bounded: bool,
-    /// Why it has none.
+    /// Reason that `truncation_bounded` is false.
     pub truncation_unbounded_why: Option<String>,
     /// Mean throughput of the rays that were not traced.
     pub cut: f64,
-    /// Difference to the same samples in f64; null where they could not be compared.
+    /// RMSE from the same samples in f64; null if not compared.
     pub rounding: Option<f64>,
-    /// Pixels compared of which some sample took another way in f64.
+    /// Pixels with a sample whose path differs in f64.
     pub rounding_pixels: Option<u64>,
-    /// The sum of the parts that are known.
+    /// Sum of the known parts.
     pub total: f64,
 }
 
-/// What was asked for.
+/// The error or time asked for.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct AskedInfo {
     /// `--error`.
     pub error: Option<f64>,
     /// `--time`, seconds.
     pub time: Option<f64>,
-    /// Whether that was reached.
+    /// True if it was kept.
     pub met: Option<bool>,
-    /// Why not.
+    /// Reason that it was not kept.
     pub unmet_why: Option<String>,
 }
 
-/// Things that ought not to happen.
+/// Counts of numerical faults.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Triangles without area, dropped at load.
+    /// Triangles without area, which are ignored.
     pub degenerate_triangles: u64,
     /// Rays with a NaN or infinity.
     pub nan_rays: u64,
-    /// Lights nearer to a surface than its spawn offset, clamped.
+    /// Lights closer to a surface than the ray offset there; their distance is clamped.
     pub clamped_lights: u64,
     /// Traversal stack overflows.
     pub stack_overflow: u64,

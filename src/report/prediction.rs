@@ -2,28 +2,28 @@
 
 use serde::Serialize;
 
-/// The time of a render, foretold. Seconds.
+/// The predicted time of a render, seconds.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Prediction {
-    /// What it rests on.
+    /// The timed work that it extrapolates from, in words.
     pub basis: String,
     /// Device time of all passes.
     pub device: f64,
     /// From the first submit to the last pixel on the host.
     pub render: f64,
-    /// `render` is hardly less than this.
+    /// Lower end of the prediction interval of `render`, seconds.
     pub low: f64,
-    /// Nor more than this.
+    /// Upper end of the prediction interval of `render`, seconds.
     pub high: f64,
     /// Rays of all kinds.
     pub rays: u64,
-    /// Depth by depth.
+    /// One row per depth.
     pub by_depth: Vec<DepthForecast>,
-    /// Reading the scene, building and preparing kernels, as they took just now; None where nothing ran.
+    /// Seconds to read the scene, build buffers and create pipelines, as just measured; None without a trial.
     pub start: Option<f64>,
 }
 
-/// A depth of the forecast.
+/// One depth of the prediction.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct DepthForecast {
     /// From 1.
@@ -34,6 +34,6 @@ pub struct DepthForecast {
     pub shadow: u64,
     /// Device seconds.
     pub seconds: f64,
-    /// Rays of this depth were not timed, but follow from those before.
+    /// True if no ray of this depth was timed: extrapolated from the depths before.
     pub extrapolated: bool,
 }

@@ -1,5 +1,5 @@
-//! The receipt of a render: its plan, its measured time and bytes, and the price of each feature that the
-//! scene does not have. Serde data and its text; `lab::receipt` measures it.
+//! The receipt of a render: its plan, its measured time and memory, and the cost of each feature that the scene
+//! does not use. Serde data and its text; `lab::receipt` measures it.
 
 use super::explain::{self, Outline};
 use super::table::{Align, Table};
@@ -7,74 +7,74 @@ use crate::stats::Quartiles;
 use crate::units::{bytes, grouped, plural, seconds};
 use serde::Serialize;
 
-/// What was planned, and what came of it.
+/// A render next to its plan.
 #[derive(Debug, Clone, Serialize)]
 pub struct Receipt {
-    /// The plan, with the predicted time.
+    /// The plan with the predicted time.
     pub outline: Outline,
-    /// The passes, all depths together, in the frame's order.
+    /// Cost of each kernel, summed over depths, in the order of dispatch.
     pub parts: Vec<Part>,
-    /// Measured time of the render.
+    /// Measured render time, seconds.
     pub render: f64,
-    /// That over the predicted time; null where none was predicted.
+    /// Measured render time / predicted; null without a prediction.
     pub over_predicted: Option<f64>,
-    /// Rays traced over those predicted.
+    /// Rays traced / predicted; null without a prediction.
     pub rays_over_predicted: Option<f64>,
     /// Device bytes planned.
     pub bytes_planned: u64,
-    /// Bytes taken from device and host: alignment and the staging buffer come on top of those planned.
+    /// Bytes allocated on device and host: planned bytes, alignment and staging buffer.
     pub bytes_taken: u64,
-    /// What the image has not and did not pay for.
+    /// Features that the scene does not use and the kernels leave out.
     pub absent: Vec<Absent>,
-    /// Why `absent` is empty, where something is.
+    /// Why `absent` is empty although some feature is left out.
     pub absent_unknown_why: Option<String>,
-    /// Samples of one run that measured them.
+    /// Samples traced by each run that measured `absent`.
     pub samples: u64,
-    /// Runs of each variant, in turn with the render's own.
+    /// Paired runs per feature: one with it, one without.
     pub pairs: usize,
 }
 
-/// What one kernel took.
+/// Cost of one kernel in a render.
 #[derive(Debug, Clone, Serialize)]
 pub struct Part {
-    /// Its name.
+    /// The kernel.
     pub name: String,
-    /// Dispatches.
+    /// Number of dispatches.
     pub launches: u64,
-    /// Device time.
+    /// Device time, seconds.
     pub seconds: f64,
-    /// Of all passes.
+    /// Share of the device time of all kernels, 0 to 1.
     pub share: f64,
 }
 
-/// A feature that was not paid for.
+/// A feature left out of the kernels, with its cost if it were not.
 #[derive(Debug, Clone, Serialize)]
 pub struct Absent {
-    /// Its name, as `--general` takes it.
+    /// Its name in `--general`.
     pub feature: &'static str,
-    /// What was switched on.
+    /// What switching it on adds.
     pub what: &'static str,
-    /// Device time with it over that without, in paired runs.
+    /// Device time with it / without it, over the paired runs.
     pub ratio: Quartiles,
-    /// Time to prepare its kernels; from the driver's cache, if that has them.
+    /// Seconds to create its pipelines; short if the driver has them cached.
     pub prepare: f64,
-    /// Device bytes of its plan less those of the render's.
+    /// Device bytes with it - without it.
     pub bytes: i64,
-    /// Pixels of the share whose bits differ: none, or something is wrong.
+    /// Pixels whose bits differ from those without it; anything but 0 is a bug.
     pub pixels_differ: u64,
 }
 
 impl Receipt {
-    /// Features whose kernels gave other bits than the render's.
+    /// Features that change the image, which is a bug.
     pub fn wrong(&self) -> Vec<&'static str> {
         self.absent.iter().filter(|a| a.pixels_differ > 0).map(|a| a.feature).collect()
     }
 }
 
-/// The receipt for people: the plan, then what came of it.
+/// The receipt for people: the plan, then the measurements.
 pub fn text(r: &Receipt) -> String {
     use Align::{Left, Right};
-    let mut table = Table::new(&[("took", Left), ("dispatches", Right), ("time", Right), ("share", Right)]);
+    let mut table = Table::new(&[("kernel", Left), ("dispatches", Right), ("time", Right), ("share", Right)]);
     for p in &r.parts {
         table.row([
             p.name.clone(),
@@ -88,29 +88,29 @@ pub fn text(r: &Receipt) -> String {
     if let (Some(time), Some(over), Some(rays)) = (&r.outline.time, r.over_predicted, r.rays_over_predicted) {
         let within = if (time.low..=time.high).contains(&r.render) { "within" } else { "outside" };
         text += &format!(
-            ", {over:.2} of the predicted {}, {within} its range; {rays:.3} of the predicted rays",
+            ": {over:.2} times the predicted {}, {within} the predicted range; rays {rays:.3} times the predicted",
             seconds(time.render)
         );
     }
     text += &format!(
-        "\nbytes   {} planned, {} taken with alignment and staging\n\n",
+        "\nmemory  {} planned, {} allocated with alignment and staging\n\n",
         bytes(r.bytes_planned),
         bytes(r.bytes_taken)
     );
     if let Some(why) = &r.absent_unknown_why {
-        return text + &format!("what is absent was not measured: {why}\n");
+        return text + &format!("the cost of unused features was not measured: {why}\n");
     }
     if r.absent.is_empty() {
-        return text + "nothing is absent: the kernels are the general ones\n";
+        return text + "no feature is left out of the kernels\n";
     }
     let mut table = Table::new(&[
-        ("not paid for", Left),
-        ("time", Right),
-        ("quartiles", Left),
-        ("bytes", Right),
-        ("prepare", Right),
+        ("left out", Left),
+        ("time with it", Right),
+        ("middle half", Left),
+        ("memory", Right),
+        ("compile", Right),
         ("image", Left),
-        ("switched on", Left),
+        ("what it would add", Left),
     ]);
     for a in &r.absent {
         let sign = if a.bytes < 0 { "-" } else { "+" };
@@ -120,12 +120,17 @@ pub fn text(r: &Receipt) -> String {
             format!("{:.2} to {:.2}", a.ratio.lower, a.ratio.upper),
             format!("{sign}{}", bytes(a.bytes.unsigned_abs())),
             seconds(a.prepare),
-            if a.pixels_differ == 0 { "same bits".into() } else { plural(a.pixels_differ, "other pixel") },
+            if a.pixels_differ == 0 {
+                "same bits".into()
+            } else {
+                plural(a.pixels_differ, "different pixel")
+            },
             a.what.into(),
         ]);
     }
     text + &format!(
-        "{table}\ndevice time of {} samples with the feature over that without, medians of {} runs in turn\n",
+        "{table}\ntime with it: device time of {} samples with the feature switched on / without it, median and \
+         interquartile range of {} paired runs\n",
         grouped(r.samples),
         r.pairs
     )

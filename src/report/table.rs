@@ -1,19 +1,19 @@
-//! Text for people: aligned columns, and the story of a render on one screen.
+//! Text for people: aligned columns, and the report of a render.
 
 use crate::report::{PassInfo, Report};
-use crate::units::{bytes, grouped, number, plural, seconds, short};
+use crate::units::{bytes, figure, grouped, number, plural, seconds, short};
 use std::fmt::{self, Write};
 
-/// Side on which a column is flush.
+/// Alignment of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// For words.
     Left,
-    /// Numbers.
+    /// For numbers.
     Right,
 }
 
-/// Rows of text cells under a heading, printed as wide as needed.
+/// Rows of text cells below a row of headings; columns are as wide as their widest cell.
 #[derive(Debug)]
 pub struct Table<const N: usize> {
     align: [Align; N],
@@ -21,7 +21,7 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// An empty table of these columns.
+    /// A table without rows; headings may be empty.
     pub fn new(columns: &[(&str, Align); N]) -> Table<N> {
         Table { align: columns.map(|(_, align)| align), rows: vec![columns.map(|(name, _)| name.to_owned())] }
     }
@@ -57,7 +57,7 @@ pub fn summary(report: &Report) -> String {
     let [x0, y0, x1, y1] = settings.region();
     let rays = report.rays.total();
     format!(
-        "{}: {}x{} pixels, {}, depth {}, {} rays in {}",
+        "{}: {}x{} pixels, {} per pixel, depth {}, {} rays in {}",
         report.image.file,
         x1 - x0,
         y1 - y0,
@@ -68,26 +68,35 @@ pub fn summary(report: &Report) -> String {
     )
 }
 
-/// The error budget, and whether what was asked for was reached.
+/// The error budget, and whether the error or time that was asked for was kept; empty without a budget.
 pub fn error(report: &Report) -> Vec<String> {
     let Some(e) = &report.error else { return Vec::new() };
-    let figure = |x: f64| format!("{x:.2e}");
     let mut lines = vec![format!(
-        "error at most {} (RMSE in linear light from 0 to 1, {} % confidence)",
+        "error at most {} (RMSE in linear light from 0 to 1; {} % confidence)",
         figure(e.total),
         number(100.0 * e.confidence)
     )];
-    lines.push(format!("  sampling   {}  (expected {})", figure(e.sampling), figure(e.sampling_estimate)));
+    lines.push(format!(
+        "  sampling   {} (best estimate {})",
+        figure(e.sampling),
+        figure(e.sampling_estimate)
+    ));
     lines.push(match &e.truncation_unbounded_why {
-        None => format!("  truncation {}  (depth {})", figure(e.truncation), report.settings.depth),
-        Some(why) => format!("  truncation {} as shown; unbounded beyond white: {why}", figure(e.truncation)),
+        None if e.truncation == 0.0 => "  truncation 0 (no ray was cut)".into(),
+        None => {
+            format!("  truncation {} (rays cut at depth {})", figure(e.truncation), report.settings.depth)
+        }
+        Some(why) => format!(
+            "  truncation {} with values above 1 clamped; no bound without clamping: {why}",
+            figure(e.truncation)
+        ),
     });
     lines.push(match (e.rounding, e.rounding_pixels) {
         (Some(part), Some(pixels)) => {
             let pixels = plural(pixels, "pixel");
-            format!("  rounding   {}  ({pixels} with other paths in f64)", figure(part))
+            format!("  rounding   {} ({pixels} with different paths in f64)", figure(part))
         }
-        _ => "  rounding   not compared with f64".into(),
+        _ => "  rounding   not measured (not compared with f64)".into(),
     });
     let asked = &report.asked;
     let what = match (asked.error, asked.time) {
@@ -97,21 +106,21 @@ pub fn error(report: &Report) -> Vec<String> {
     };
     lines.push(match (asked.met, &asked.unmet_why) {
         (Some(true), _) => format!("asked for {what}: kept"),
-        (_, why) => format!("asked for {what}: not kept, {}", why.as_deref().unwrap_or("as it ended early")),
+        (_, why) => format!("asked for {what}: not kept, {}", why.as_deref().unwrap_or("it was interrupted")),
     });
     lines
 }
 
-/// What ought not to have happened, one line each.
+/// Numerical faults and other warnings, one line each.
 pub fn warnings(report: &Report) -> Vec<String> {
     let counters = &report.counters;
     [
-        (counters.degenerate_triangles, "triangle", "without area dropped"),
+        (counters.degenerate_triangles, "triangle", "without area ignored"),
         (counters.nan_rays, "ray", "with a NaN or infinity"),
-        (counters.clamped_lights, "light", "nearer to a surface than its spawn offset"),
+        (counters.clamped_lights, "light", "closer to a surface than the ray offset there"),
         (counters.stack_overflow, "ray", "that overflowed the traversal stack"),
-        (counters.loop_cap, "ray", "ended by the traversal's loop cap"),
-        (counters.media_overflow, "ray", "inside more solids than can be tracked"),
+        (counters.loop_cap, "ray", "stopped at the limit on traversal steps"),
+        (counters.media_overflow, "ray", "inside more nested solids than are tracked"),
     ]
     .into_iter()
     .filter(|&(count, ..)| count > 0)
@@ -123,10 +132,11 @@ pub fn warnings(report: &Report) -> Vec<String> {
 
 /// Device, scene and plan; time per pass and depth; rays per depth; totals.
 pub fn report(report: &Report) -> String {
-    [about(report), passes(report), rays(report), totals(report)].join("\n")
+    let passes = passes(report) + "items: rays, samples or pixels, depending on the pass\n";
+    [about(report), passes, rays(report), totals(report)].join("\n")
 }
 
-/// Device, scene, settings and plan.
+/// Device, scene, local frame, settings and plan, one line each.
 pub fn about(report: &Report) -> String {
     let Report { device, scene, settings, plan, .. } = report;
     let [x, y, z] = scene.local_frame.center.map(number);
@@ -136,18 +146,18 @@ pub fn about(report: &Report) -> String {
         (
             "scene",
             format!(
-                "{}: {}, {}, {}; local = (world - ({x}, {y}, {z})) * 2^{}",
+                "{}: {}, {}, {}",
                 scene.file,
                 plural(scene.triangles, "triangle"),
                 plural(scene.spheres, "sphere"),
                 plural(scene.lights, "light"),
-                scene.local_frame.scale_log2,
             ),
         ),
+        ("frame", format!("local = (world - ({x}, {y}, {z})) * 2^{}", scene.local_frame.scale_log2)),
         (
             "image",
             format!(
-                "{}x{} pixels{crop}, {}, depth {}; sampler {}, seed {}, precision {}, origin {}",
+                "{}x{} pixels{crop}, {} per pixel, depth {}; sampler {}, seed {}, precision {}, origin {}",
                 settings.width,
                 settings.height,
                 plural(settings.samples.into(), "sample"),
@@ -161,7 +171,7 @@ pub fn about(report: &Report) -> String {
         (
             "plan",
             format!(
-                "{}; {}, {}, {}",
+                "kernels for {}; {} of device memory, {}, {}",
                 plan.features.join(", "),
                 bytes(plan.bytes),
                 plural(plan.tiles, "tile"),
@@ -175,7 +185,7 @@ pub fn about(report: &Report) -> String {
 fn passes(report: &Report) -> String {
     use Align::{Left, Right};
     let total: f64 = report.passes.iter().map(|p| p.seconds).sum();
-    // One column of seconds, in which a thousandth of the whole is still a number.
+    // Enough decimals to show a thousandth of the total.
     let decimals = (3.0 - total.max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
     let cells = |name: &str, depth: String, rows: &[PassInfo]| {
         let launches = rows.iter().map(|p| p.launches).sum();
@@ -195,13 +205,13 @@ fn passes(report: &Report) -> String {
     let mut table = Table::new(&[
         ("pass", Left),
         ("depth", Right),
-        ("launches", Right),
+        ("dispatches", Right),
         ("seconds", Right),
         ("share", Right),
         ("items", Right),
         ("items/s", Right),
     ]);
-    // Passes are launched to the depth that was asked for, rays or no rays.
+    // Passes run to the depth that was asked for, even if no ray is left.
     let traced = report.rays.by_depth.len() as u32;
     let empty: Vec<PassInfo> = report.passes.iter().filter(|p| p.depth > traced).cloned().collect();
     let last = empty.iter().map(|p| p.depth).max();
@@ -209,7 +219,7 @@ fn passes(report: &Report) -> String {
         let depth = if pass.depth == 0 { "-".into() } else { pass.depth.to_string() };
         let mut row = cells(&pass.name, depth, std::slice::from_ref(pass));
         row[5] = grouped(pass.items);
-        // A pass of one item a launch has no throughput to speak of.
+        // One item per dispatch: a throughput would mean nothing.
         let rate = pass.items as f64 / pass.seconds;
         row[6] = if pass.items > pass.launches && rate.is_finite() { short(rate) } else { "-".into() };
         table.row(row);
@@ -219,7 +229,7 @@ fn passes(report: &Report) -> String {
         let depths = if first == last { first.to_string() } else { format!("{first}-{last}") };
         table.row(cells("no rays", depths, &empty));
     }
-    // Items of different passes are different things; their sum would mean nothing.
+    // Items of different passes (rays, samples, pixels) do not add up.
     table.row(cells("all", String::new(), &report.passes));
     table.to_string()
 }
@@ -246,20 +256,22 @@ fn totals(report: &Report) -> String {
     let time = &report.time;
     let total = report.rays.total() as f64;
     let mut text = format!(
-        "wall {} = scene {} + build {} + first dispatch {} + render {} + rest\n",
+        "total  {}: scene {}, build {}, first dispatch {}, render {}, other {}\n",
         seconds(time.wall),
         seconds(time.scene),
         seconds(time.build),
         seconds(time.first_dispatch),
         seconds(time.render),
+        seconds((time.wall - time.scene - time.build - time.first_dispatch - time.render).max(0.0)),
     );
-    text += &format!("device {} of the render", seconds(time.device));
-    for (seconds, clock) in [(time.render, "render"), (time.device, "device")] {
-        if seconds > 0.0 {
-            text += &format!("; {} rays/s of {clock} time", short(total / seconds));
+    for (clock, time) in [("render", time.render), ("device", time.device)] {
+        text += &format!("{clock} {}", seconds(time));
+        if time > 0.0 {
+            text += &format!(", {} rays/s", short(total / time));
         }
+        text += "\n";
     }
-    text + "\n"
+    text
 }
 
 #[cfg(test)]

@@ -189,9 +189,9 @@ impl Alignment {
     fn words(self) -> &'static str {
         match self {
             Alignment::Whole(..) => {
-                "one shift for all submits, in the middle of what keeps each pass inside its submit"
+                "one offset between device and host clock for all submits: the middle of the range that keeps every pass inside its submit"
             }
-            Alignment::Each => "each submit centred by itself",
+            Alignment::Each => "one offset per submit, which centres its passes in it",
         }
     }
 }

@@ -1,13 +1,13 @@
-//! Features that a scene lacks, switched on all the same: the kernels then have the code and the buffers
-//! for them, and the image is the same, bit for bit. That is how their price is measured, and how the
-//! specialised kernels are tested.
+//! Features that kernels can support although the scene does not use them: they then contain the code and buffers,
+//! and the image is the same, bit for bit. Used to measure the cost of a feature and to test the specialised
+//! kernels.
 
 use std::fmt;
 use std::str::FromStr;
 
 macro_rules! features {
     ($($(#[$meta:meta])* $name:ident, $word:literal, $what:literal;)*) => {
-        /// What kernels can do without. In a scene that has it, switching it on means nothing.
+        /// A feature that kernels can be compiled without. Switching on one that the scene uses has no effect.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(u32)]
         pub enum Feature { $($(#[$meta])* $name,)* }
@@ -21,7 +21,7 @@ macro_rules! features {
                 match self { $(Feature::$name => $word,)* }
             }
 
-            /// What is there once it is switched on.
+            /// What switching it on adds.
             pub fn what(self) -> &'static str {
                 match self { $(Feature::$name => $what,)* }
             }
@@ -30,36 +30,34 @@ macro_rules! features {
 }
 
 features! {
-    /// A triangle far outside the scene.
+    /// Adds a triangle far outside the scene.
     Triangles, "triangles", "a triangle that no ray meets";
-    /// A sphere far outside the scene.
+    /// Adds a sphere far outside the scene.
     Spheres, "spheres", "a sphere that no ray meets";
-    /// The test in double length, and such a sphere if there is none.
-    WideSpheres, "wide-spheres", "the test of spheres beyond single precision";
-    /// Corner normals, all of them absent.
-    SmoothNormals, "smooth-normals", "normals at the corners of triangles";
-    /// A second light, of no intensity: its shadow rays are traced.
+    /// Adds the double-length sphere test, and a sphere that needs it if there is none.
+    WideSpheres, "wide-spheres", "the test for spheres too large or small for single precision";
+    /// Adds interpolated normals, although no vertex has one.
+    SmoothNormals, "smooth-normals", "normals at the vertices of triangles";
+    /// Adds a second light of intensity 0; its shadow rays are traced.
     Lights, "lights", "a second light, with its shadow rays";
-    /// Lists of the solids that rays are in.
-    Refraction, "refraction", "for each ray the solid it is in";
-    /// The same of two solids.
-    NestedMedia, "nested-media", "for each ray two solids it is in";
-    /// Sums over several rays of a sample, and room for them.
-    Branching, "branching", "queues and sums for several rays of one sample";
-    /// Passes for rays that nothing spawns.
-    Secondary, "secondary", "passes to the depth asked for";
-    /// A hierarchy, however few the primitives.
-    Hierarchy, "hierarchy", "a hierarchy, not every primitive";
-    /// Everything in the hierarchy.
-    MixedLeaves, "mixed-leaves", "the few of the other kind in the hierarchy too";
-    /// Each ray on its own way through the hierarchy.
-    LoneRays, "lone-rays", "a walk for each ray, not one for the rays of a subgroup";
-    /// Loads from storage buffers, not from texel views.
-    Storage, "storage", "loads from storage buffers, not texel views";
-    /// A kernel for each stage, also where one for all is faster.
-    SplitKernels, "split-kernels", "a kernel for each stage, not one for all";
-    /// Shapes from buffers, not from constants.
-    LoadedShapes, "loaded-shapes", "shapes from buffers, not constants";
+    /// Adds the list of solids around each ray, with room for one.
+    Refraction, "refraction", "a record of the solid around each ray";
+    /// The same with room for two.
+    NestedMedia, "nested-media", "a record of two solids around each ray";
+    /// Adds the queues and sums that branching rays need.
+    Branching, "branching", "queues and sums for several rays per sample";
+    /// Adds passes for secondary rays, although nothing spawns them.
+    Secondary, "secondary", "passes down to the depth asked for";
+    /// Builds a hierarchy, however few the primitives.
+    Hierarchy, "hierarchy", "a hierarchy instead of testing all primitives";
+    /// Puts every primitive into the hierarchy.
+    MixedLeaves, "mixed-leaves", "all primitives in the hierarchy, also the few of one kind";
+    /// Traverses ray by ray, without packets.
+    LoneRays, "lone-rays", "traversal ray by ray, without packets";
+    /// Loads from storage buffers instead of texel views.
+    Storage, "storage", "loads from storage buffers instead of texel views";
+    /// Runs one kernel per stage instead of the fused kernel.
+    SplitKernels, "split-kernels", "one kernel per stage instead of the fused kernel";
 }
 
 impl fmt::Display for Feature {

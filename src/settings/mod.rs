@@ -1,11 +1,9 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
-pub mod defect;
 pub mod forced_features;
 pub mod sampler;
 
 use crate::scene::Scene;
-use crate::settings::defect::Defect;
 use crate::settings::forced_features::General;
 use crate::settings::sampler::Sampler;
 use std::str::FromStr;
@@ -147,8 +145,6 @@ pub struct Settings {
     /// Render only pixels x0 <= x < x1, y0 <= y < y1; the image has that size, and each pixel is the
     /// same as in the whole image.
     pub crop: Option<[u32; 4]>,
-    /// A planted defect, for the tests of the tests.
-    pub planted: Option<Defect>,
     /// How the work is cut; never changes a bit of the image.
     pub schedule: Schedule,
 }
@@ -168,7 +164,6 @@ impl Settings {
             precision: Precision::default(),
             origin: Origin::default(),
             crop: None,
-            planted: None,
             schedule: Schedule::default(),
         }
     }
@@ -228,8 +223,8 @@ pub struct Schedule {
     pub capacity: Option<u32>,
     /// How much work goes into the hierarchy.
     pub hierarchy: Hierarchy,
-    /// Kernels as for a long render: fused, and with a small scene's shapes as constants, so compiled for it alone.
-    pub constants: Option<bool>,
+    /// One kernel for the stages of a depth, as in long renders, where the plan has one.
+    pub fused: Option<bool>,
     /// Features that kernels have although the scene lacks them.
     pub general: General,
 }

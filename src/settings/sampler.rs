@@ -1,4 +1,4 @@
-//! Where in its pixel a sample lies: counter-based, the same bits here and in `glsl/lib/sampler.glsl`
+//! Where in its pixel a sample lies: counter-based, the same bits here and in `glsl/lib/base/sampler.glsl`
 //! (numerics.md, Samplers). Sample k of pixel (x, y) depends on (seed, x, y, k, replicates) alone, so the
 //! first N samples of 2N are the N samples. One sample per pixel is the exception: it is the centre.
 

@@ -14,7 +14,8 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-/// Descriptors of one kernel at most; the widest binds 16 storage buffers.
+/// Storage buffers that a device must bind at once: those of the widest split kernel. The fused depth binds more, and
+/// is used only where the device allows it.
 const STORAGE_BUFFERS_PER_STAGE: u32 = 16;
 
 /// How to get Vulkan where there is none.

@@ -3,7 +3,7 @@
 use super::device::Device;
 use super::error::{VkError, call};
 use crate::kernel::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
-use crate::kernel::table::{Kernel, KernelCode};
+use crate::kernel::table::{Kernel, KernelCode, KernelSet};
 use ash::vk;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -21,6 +21,7 @@ pub(super) struct Pipeline {
 pub struct Pipelines {
     device: Rc<Device>,
     pipelines: BTreeMap<Kernel, Pipeline>,
+    set: KernelSet,
     double: bool,
 }
 
@@ -37,26 +38,26 @@ pub(super) fn viewed(code: &KernelCode, double: bool) -> impl Iterator<Item = cr
 }
 
 impl Pipelines {
-    /// Builds a pipeline for each of `kernels`; `double` needs a device with double precision.
+    /// Builds a pipeline for each of `kernels`, compiled as in `set`; `double` needs a device with double precision.
     pub fn new(
         device: &Rc<Device>,
+        set: KernelSet,
         kernels: impl Iterator<Item = Kernel>,
         specialisation: &Specialisation,
         double: bool,
     ) -> Result<Pipelines, VkError> {
-        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), double };
-        let form = match (double, specialisation.few_known != 0, specialisation.lanes != 0) {
-            (true, ..) => Form::Double,
-            (false, true, _) => Form::Few,
-            (false, false, true) => Form::Packet,
-            (false, false, false) => Form::Single,
+        let mut all = Pipelines { device: Rc::clone(device), pipelines: BTreeMap::new(), set, double };
+        let form = match (double, specialisation.lanes != 0) {
+            (true, _) => Form::Double,
+            (false, true) => Form::Packet,
+            (false, false) => Form::Single,
         };
-        let maker = Maker { raw: &device.raw, cache: device.cache, values: specialisation.values(), form };
+        let maker = Maker { raw: &device.raw, cache: device.cache, values: set.values(specialisation), form };
         // Drivers take long over a kernel, and each is on its own.
         let mut kernels: Vec<Kernel> = kernels.collect();
         kernels.sort_by_key(|k| std::cmp::Reverse(k.code().single.0.len()));
         let built: Vec<(Kernel, Result<Pipeline, VkError>)> =
-            kernels.into_par_iter().with_max_len(1).map(|k| (k, maker.build(k.code()))).collect();
+            kernels.into_par_iter().with_max_len(1).map(|k| (k, maker.build(set.code(k)))).collect();
         let mut failed = None;
         for (kernel, result) in built {
             match result {
@@ -69,6 +70,11 @@ impl Pipelines {
         }
         device.store_pipeline_cache();
         Ok(all)
+    }
+
+    /// The set that they were built from.
+    pub(super) fn set(&self) -> &KernelSet {
+        &self.set
     }
 
     /// Whether they compute in double precision.
@@ -90,7 +96,6 @@ impl Pipelines {
 enum Form {
     Single,
     Double,
-    Few,
     Packet,
 }
 
@@ -149,7 +154,6 @@ impl Maker<'_> {
         let words = match self.form {
             Form::Single => code.single,
             Form::Double => code.double,
-            Form::Few => code.few,
             Form::Packet => code.packet,
         }
         .words();

@@ -62,8 +62,6 @@ pub struct Recorder {
     epoch: Option<u64>,
     /// Before the last submit and after its fence.
     submitted: Option<[Instant; 2]>,
-    /// For a test of the tests: the barrier after this kernel is left out.
-    omitted_barrier: Option<Kernel>,
 }
 
 /// That a buffer has room for what is to be written to it: the device would write past its end.
@@ -98,7 +96,6 @@ impl Recorder {
             recorded: Vec::new(),
             epoch: None,
             submitted: None,
-            omitted_barrier: None,
         };
         recorder.create(pipelines, buffers)?;
         Ok(recorder)
@@ -178,11 +175,6 @@ impl Recorder {
             }
         }
         Ok(())
-    }
-
-    /// Leaves out the barrier after `kernel`: a planted defect that synchronisation validation must catch.
-    pub fn omit_barrier_after(&mut self, kernel: Option<Kernel>) {
-        self.omitted_barrier = kernel;
     }
 
     /// Begins a submit.
@@ -307,7 +299,7 @@ impl Recorder {
                 unsafe { raw.cmd_dispatch_indirect(self.commands, queue, 0) };
             }
         }
-        if self.omitted_barrier != Some(kernel) {
+        if pipelines.set().has_barrier_after(kernel) {
             self.barrier();
         }
         if let Some(labels) = &self.labels {

@@ -10,7 +10,7 @@ pub mod build;
 use std::path::PathBuf;
 use std::rc::Rc;
 use whitted::kernel::abi::{BUFFERS, Buf, NONE, Push, STRUCTS, Specialisation, Surface};
-use whitted::kernel::table::Kernel;
+use whitted::kernel::table::{Kernel, KernelSet};
 use whitted::plan::passes;
 use whitted::plan::{Plan, element_bytes, pack_for};
 use whitted::prepare::Packed;
@@ -110,6 +110,10 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(device: &Rc<Device>, spec: &Specialisation, memory: &Memory) -> Bench {
+        Bench::of(KernelSet::SHIPPED, device, spec, memory)
+    }
+
+    pub fn of(set: KernelSet, device: &Rc<Device>, spec: &Specialisation, memory: &Memory) -> Bench {
         let bytes: Vec<u64> = BUFFERS
             .iter()
             .map(|(_, element, b)| {
@@ -119,7 +123,7 @@ impl Bench {
         // Those that count by subgroups are made for devices on which these work together.
         let has = |p: &&passes::Pass| p.way != passes::Way::Fused || spec.lanes != 0;
         let kernels = passes::all().filter(has).map(|p| p.kernel);
-        let pipelines = Pipelines::new(device, kernels, spec, false).unwrap();
+        let pipelines = Pipelines::new(device, set, kernels, spec, false).unwrap();
         let buffers = Buffers::new(device, &bytes, 0).unwrap();
         let recorder = Recorder::new(device, &pipelines, &buffers, spec.workgroup).unwrap();
         Bench { pipelines, buffers, recorder }
@@ -242,7 +246,10 @@ pub fn first_hits(device: &Rc<Device>, scene: &Scene, settings: &Settings) -> Ve
     let slots = |pixel: u32| (0..settings.samples).map(move |k| (k * pixels + pixel) as usize);
     // The queue has blocks of pixels, not rows.
     let mut place = vec![0; push.items as usize];
-    memory.rays[..push.items as usize].iter().enumerate().for_each(|(i, ray)| place[ray.slot as usize] = i);
+    memory.rays[..push.items as usize]
+        .iter()
+        .enumerate()
+        .for_each(|(i, ray)| place[ray.sample_index as usize] = i);
     (0..pixels).flat_map(slots).map(|slot| original(&packed, memory.hits[place[slot]].primitive)).collect()
 }
 
@@ -285,7 +292,7 @@ pub fn queue_of(count: u32, workgroup: u32) -> whitted::kernel::abi::Queue {
     }
 }
 
-/// Plants a defect: flips the last bit of the first word of `buffer` that is not NaN.
+/// Flips the last bit of the first word of `buffer` that is not NaN.
 pub fn spoil(memory: &mut Memory, buffer: Buf) {
     let (name, element, _) = BUFFERS[buffer as usize];
     let layout = words_of(element);

@@ -150,7 +150,7 @@ impl State {
         };
         let length = |buffer| match buffer {
             Buf::Media | Buf::NextMedia => (2 * RAYS * v.media) as usize,
-            Buf::Totals | Buf::Offsets => 4224,
+            Buf::ChildCounts | Buf::ChildMasks | Buf::Offsets => 4224,
             Buf::DepthCounts => 4,
             Buf::Counters => COUNTERS as usize,
             Buf::EyeMedia => v.media as usize,
@@ -169,19 +169,19 @@ impl State {
         for list in [&mut m.media, &mut m.eye_media] {
             list.iter_mut().for_each(|w| *w = rng.below(SOLIDS + 1));
         }
-        m.rays[..RAYS as usize].iter_mut().enumerate().for_each(|(i, r)| r.slot = i as u32);
+        m.rays[..RAYS as usize].iter_mut().enumerate().for_each(|(i, r)| r.sample_index = i as u32);
         let rays: Vec<Ray> = (0..RAYS).map(|i| ray(&m, &mut rng, i)).collect();
         m.rays[..RAYS as usize].copy_from_slice(&rays);
         // The last ray is the one that a group's spare invocations might do again.
         let last = &mut m.rays[RAYS as usize - 1];
         match seed % 2 {
             0 => last.origin[0] = f32::NAN,
-            _ => *last = Ray { slot: last.slot, ..rays[1] },
+            _ => *last = Ray { sample_index: last.sample_index, ..rays[1] },
         }
         m.queue = vec![queue_of(RAYS, v.workgroup)];
         m.words_mut(Buf::DepthCounts).fill(0);
         m.words_mut(Buf::Counters).fill(0);
-        m.slots.iter_mut().for_each(|s| *s = rng.vector());
+        m.sample_radiance.iter_mut().for_each(|s| *s = rng.vector());
         m.pixels.iter_mut().for_each(|p| *p = rng.below(1 << 20));
         for buffer in [Buf::Paths, Buf::Marks] {
             m.words_mut(buffer).iter_mut().for_each(|w| *w = rng.below(1 << 30));
@@ -420,7 +420,7 @@ fn real_sphere(m: &Memory, at: u32) -> Sphere {
 }
 
 /// A ray at or from something: corners, edges, rims, axes, and nonsense.
-fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
+fn ray(m: &Memory, rng: &mut Rng, sample_index: u32) -> Ray {
     let t = m.triangles[rng.below(m.triangles.len() as u32) as usize];
     let s = real_sphere(m, rng.below(m.spheres.len() as u32));
     let [a, b, c] = [t.a, t.b, t.c].map(Vec3::from);
@@ -430,7 +430,7 @@ fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
     let mut target = inside;
     let mut skip = NONE;
     let axis = rng.pick(&[Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Z]);
-    match slot % 12 {
+    match sample_index % 12 {
         0 => target = a,
         1 => target = a + u * (b - a),
         // In the triangle's plane.
@@ -464,7 +464,7 @@ fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
         _ => {}
     }
     let mut direction = (target - origin).normalize_or(axis);
-    match slot % 50 {
+    match sample_index % 50 {
         13 => direction = Vec3::from(spicy(rng)),
         14 => origin.y = f32::NAN,
         15 => origin.z = f32::INFINITY,
@@ -477,7 +477,7 @@ fn ray(m: &Memory, rng: &mut Rng, slot: u32) -> Ray {
         origin: origin.into(),
         direction: direction.into(),
         throughput: rng.vector().map(f32::abs),
-        slot,
+        sample_index,
         skip,
         pad: 0,
     }

@@ -1,11 +1,10 @@
-//! An image whose error is known, and what can be painted of it.
+//! An image with an error bound, and its layers.
 
 use super::{Task, UnfinishedBounded};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::Gathered;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{self, SaveError, View, linear_sha256};
-use crate::prepare::coincident_solids;
 use crate::render::{Observer, Survey};
 use crate::report::{Report, TimeInfo};
 use std::path::Path;
@@ -19,49 +18,50 @@ pub struct BoundedImage {
     pub samples: Gathered,
     /// Rows of the region rendered.
     pub height: u32,
-    /// Greatest radiance that a ray of this scene can bring.
+    /// Greatest radiance of a ray in this scene.
     #[doc(hidden)]
     pub limit: RadianceLimit,
-    /// Difference of each pixel's worst channel to the same samples in f64, rows from the top; `None` unless all of
-    /// them were compared.
+    /// Difference of each pixel's worst channel from the same samples in f64, rows from the top; `None` unless all
+    /// samples were compared.
     pub rounding: Option<Vec<f64>>,
-    /// Confidence of the bound and of the intervals of pixels, in (0, 1).
+    /// Confidence of the error bound, in (0, 1).
     pub confidence: f64,
-    /// Everything that was counted, timed, asked for and reached; `error` is `None` if some pixels have no samples.
+    /// Everything that was counted, timed, asked for and reached; without an error bound if some pixels have no samples.
     pub report: Report,
     /// Share of the pixels that have samples; 1 unless cancelled or short of time.
     pub done: f64,
-    /// It was sampled from coarse to fine: pixels without samples can be filled in.
+    /// True if sampled from coarse to fine, so that pixels without samples can be filled in.
     coarse: bool,
     /// True if it was cancelled.
     pub cancelled: bool,
-    /// What [`Renderer::resume_bounded`](crate::Renderer::resume_bounded) continues from, if it was cancelled.
+    /// The state for [`Renderer::resume_bounded`](crate::Renderer::resume_bounded), if it was cancelled and can be
+    /// resumed.
     pub unfinished: Option<UnfinishedBounded>,
 }
 
-/// A map beside a bounded image: one number a pixel.
+/// A layer of `--aov`: one number per pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
-    /// Half the width of the pixel's confidence interval.
+    /// Half-width of the pixel's confidence interval.
     Sampling,
-    /// What rays that were not traced can add to the pixel as shown.
+    /// Upper bound on the light of rays that were not traced, added to the clamped pixel.
     Truncation,
-    /// Difference to the same samples in f64.
+    /// Difference from the same samples in f64.
     Rounding,
-    /// Samples.
+    /// Number of samples.
     Samples,
-    /// Rays in the longest path.
+    /// Length of the longest path, rays.
     Depth,
     /// Rays traced, shadow rays included.
     Cost,
 }
 
 impl Layer {
-    /// All, as the command line names them.
+    /// All layers.
     pub const ALL: [Layer; 6] =
         [Layer::Sampling, Layer::Truncation, Layer::Rounding, Layer::Samples, Layer::Depth, Layer::Cost];
 
-    /// As the command line and files name it.
+    /// Its name on the command line and in file names.
     pub fn name(self) -> &'static str {
         match self {
             Layer::Sampling => "sampling",
@@ -73,15 +73,15 @@ impl Layer {
         }
     }
 
-    /// What its numbers are.
+    /// Its quantity and unit, for a legend.
     pub fn unit(self) -> &'static str {
         match self {
-            Layer::Sampling => "half the interval, linear light",
-            Layer::Truncation => "light that may be missing, linear",
-            Layer::Rounding => "difference to f64, linear light",
-            Layer::Samples => "samples",
-            Layer::Depth => "rays in the longest path",
-            Layer::Cost => "rays traced",
+            Layer::Sampling => "half-width of the confidence interval, linear light",
+            Layer::Truncation => "upper bound on light from rays not traced, linear light",
+            Layer::Rounding => "difference from f64, linear light",
+            Layer::Samples => "samples per pixel",
+            Layer::Depth => "length of the longest path, rays",
+            Layer::Cost => "rays traced per pixel",
         }
     }
 }
@@ -110,13 +110,13 @@ impl BoundedImage {
         image::save(path.as_ref(), view, &self.report, self.done)
     }
 
-    /// The image, linear RGB, rows from the top. Pixels without samples are as the nearest that have some, where those
-    /// are spread over the image; else black.
+    /// The image, linear RGB, rows from the top. Pixels without samples copy their nearest neighbour with samples if the image was
+    /// sampled from coarse to fine; otherwise they are black.
     pub fn linear(&self) -> Vec<[f32; 3]> {
         if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
     }
 
-    /// The numbers of a layer, rows from the top; NaN where a pixel has none.
+    /// The values of a layer, rows from the top; NaN if unknown.
     pub fn layer(&self, layer: Layer) -> Vec<f64> {
         let marks = || self.samples.marks.iter();
         match layer {
@@ -132,37 +132,36 @@ impl BoundedImage {
     }
 }
 
-/// What was rendered, and how long that took.
+/// Samples of a render, with their times.
 pub(super) struct Image {
     pub(super) samples: Gathered,
-    /// Rounding part, and pixels of which some sample took another way in f64.
+    /// Rounding part, and the number of pixels with a sample whose path differs in f64.
     pub(super) rounding: Option<(f64, u64)>,
     pub(super) prepared: Duration,
     pub(super) render: Duration,
-    /// Times of an earlier part of it.
+    /// Times of an earlier, interrupted part.
     pub(super) before: TimeInfo,
-    /// It was sampled from coarse to fine.
+    /// True if sampled from coarse to fine.
     pub(super) coarse: bool,
 }
 
 impl Task<'_> {
-    /// The image with its budget; with none where pixels lack samples.
+    /// The image with its error bound; without one if pixels have no samples.
     pub(super) fn known(self, image: Image, survey: &Survey) -> BoundedImage {
         let Image { samples, rounding, prepared, render, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
-        report.warnings = survey.warnings.clone();
-        report.warnings.extend(coincident_solids::warnings(self.scene));
+        report.warnings = survey.warnings().to_vec();
         let traced: u64 = samples.samples.iter().map(|n| u64::from(*n)).sum();
         let mean = traced as f64 / samples.samples.len().max(1) as f64;
         report.settings.samples = mean.round() as u32;
         report.settings.crop = self.settings.crop;
-        let read = self.scene.read_time.0;
         report.scene.file = self.scene.file.display().to_string();
+        let read = self.scene.read_time.0;
         report.time = TimeInfo {
-            wall: before.wall + (read + prepared + survey.built + render).as_secs_f64(),
+            wall: before.wall + (read + survey.built() + prepared + render).as_secs_f64(),
             scene: before.scene + read.as_secs_f64(),
-            build: before.build + survey.built.as_secs_f64(),
+            build: before.build + survey.built().as_secs_f64(),
             first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
             device: report.passes.iter().map(|p| p.seconds).sum(),
             render: before.render + render.as_secs_f64(),
@@ -174,7 +173,7 @@ impl Task<'_> {
         let cancelled = self.observer.cancelled();
         let limit = self.limit;
         let (rounding, unfinished) = (None, None);
-        let mut known = BoundedImage {
+        let mut image = BoundedImage {
             samples,
             height,
             limit,
@@ -186,7 +185,7 @@ impl Task<'_> {
             cancelled,
             unfinished,
         };
-        known.report.image.linear_sha256 = linear_sha256(&known.linear());
-        known
+        image.report.image.linear_sha256 = linear_sha256(&image.linear());
+        image
     }
 }

@@ -16,7 +16,7 @@ impl Task<'_> {
     pub(super) fn fixed(mut self, earlier: Option<UnfinishedBounded>) -> Result<BoundedImage, RenderError> {
         let settings = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
-        let begun = survey.begun(self.renderer, self.scene, &settings);
+        let begun = survey.begun(&settings);
         let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
         let mut images = match earlier {
             None => Vec::new(),
@@ -33,14 +33,14 @@ impl Task<'_> {
         self.observer.span(0.0, if compared { 0.5 } else { 1.0 });
         self.all(&mut survey, &settings, &mut image)?;
         let mut render = start.elapsed();
-        let mut prepared = survey.prepared;
+        let mut prepared = survey.prepared();
         let mut rounding = None;
         if survey.precision() == Precision::Double {
             rounding = Some(Rounding::none(image.samples.len()));
         } else if compared && image.done() == 1.0 && !self.observer.cancelled() {
             let double = Settings { precision: Precision::Double, ..settings.clone() };
             let mut exact = Survey::new(self.renderer, self.scene, &double)?;
-            prepared += exact.prepared;
+            prepared += exact.prepared();
             let start = Instant::now();
             self.observer.span(0.5, 1.0);
             self.all(&mut exact, &double, &mut truth)?;

@@ -1,10 +1,10 @@
-//! Images with a known error: at settings as they are (`--budget`), to an error (`--error`), or in a time
+//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or in a given time
 //! (`--time`).
 //!
 //! ```text
-//! truncation_choice ─ depth and weight cut, from a survey of a few pixels
+//! truncation_choice ─ depth and cutoff, from a survey of a few pixels
 //! rounding ─ precision, from the same samples in f64
-//! allocate ─ samples where they help most ─▶ image, and its budget
+//! allocate ─ samples where they reduce the error most ─▶ image and error bound
 //! ```
 
 mod bounded_image;
@@ -29,34 +29,34 @@ use crate::settings::Settings;
 use monotone_progress::Forward;
 use std::time::{Duration, Instant};
 
-/// What is wanted of an image.
+/// Target of a render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// The settings as they are, and a bound on the error that they leave.
+    /// The given settings; the error is only bounded.
     Settings,
     /// An RMSE of at most this, in linear light clamped to [0, 1].
     Error(f64),
-    /// The least error in this time.
+    /// The least error within this time.
     Time {
-        /// Seconds of wall time, writing the image included.
+        /// Seconds of wall time, files included.
         seconds: f64,
-        /// When the time begins.
+        /// Start of the time.
         from: Instant,
-        /// Layers that the caller paints afterwards: time is set aside for them.
+        /// Number of layers to write afterwards, which takes part of the time.
         layers: u32,
     },
 }
 
-/// What is asked of a bounded image, and what is left open.
+/// What is asked of a bounded image: target, confidence, and which settings may be chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
-    /// What is wanted.
+    /// Target.
     pub target: Target,
-    /// Confidence of the bound, in (0, 1).
+    /// Confidence of the error bound, in (0, 1).
     pub confidence: f64,
-    /// True: the depth of the settings is kept. False: it is chosen, unless the target is the settings themselves.
+    /// True to keep the depth of the settings, false to choose it.
     pub keep_depth: bool,
-    /// True: the precision of the settings is kept. False: it is chosen.
+    /// True to keep the precision of the settings, false to choose it.
     pub keep_precision: bool,
 }
 
@@ -81,15 +81,15 @@ impl Request {
     }
 }
 
-/// Independent sets that adaptive samples are dealt to. Few, since an evenly spread set gains from being
-/// large; but from three on the spread of a sum of squares over a pixel's replicates can be told.
+/// Replicates of adaptive sampling. Few, since larger sets of samples are spread more evenly; at least three, so
+/// that the variance of a pixel's sum of squares can be estimated.
 pub const REPLICATES: u32 = 4;
-/// Most samples of a pixel: as many as the sampler's points are spread evenly over.
+/// Most samples of a pixel: the length of the sampler's sequence.
 const MOST_SAMPLES: u32 = 1 << 16;
-/// Greatest depth that is chosen.
+/// Greatest depth chosen.
 pub const DEEPEST: u32 = 64;
 
-/// What every way to an image needs.
+/// State shared by all targets.
 struct Task<'a> {
     renderer: &'a mut Renderer,
     scene: &'a Scene,

@@ -86,7 +86,7 @@ impl UnfinishedBounded {
         if self.asked == asked {
             return Ok(());
         }
-        Err(Mismatch(format!("it was begun with {}, this one has {asked}", self.asked)))
+        Err(Mismatch(format!("it belongs to a render with {}, this one has {asked}", self.asked)))
     }
 
     /// The earlier stage with its samples, counted by `survey`, if this is the same render as `now`.
@@ -99,7 +99,7 @@ impl UnfinishedBounded {
         if let Stage::Error(chosen) = &mut self.stage {
             let fits = self.images.pop().is_some_and(|image| chosen.allocation.put_gathered(image));
             if !fits {
-                return Err(Mismatch("it lacks samples".into()).into());
+                return Err(Mismatch("samples are missing".into()).into());
             }
         }
         survey.count(&self.begun);
@@ -122,12 +122,12 @@ impl UnfinishedBounded {
         let mut header = Vec::new();
         from.read_until(b'\n', &mut header)?;
         if !is_kept(&header) {
-            return Err(damaged("it was not begun with --error or --budget"));
+            return Err(damaged("it belongs to a render without --error and --budget"));
         }
         let mut kept: UnfinishedBounded = serde_json::from_slice(&header)?;
         let mut body = Vec::new();
         from.read_to_end(&mut body)?;
-        let changed = || damaged("the samples are not those that were written");
+        let changed = || damaged("the file is damaged: wrong checksum");
         if digest(&body) != kept.sha256 {
             return Err(changed());
         }

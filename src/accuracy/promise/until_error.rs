@@ -38,13 +38,15 @@ impl Task<'_> {
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let asked = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
-        let begun = survey.begun(self.renderer, self.scene, &asked);
+        let begun = survey.begun(&asked);
         let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
         let start = Instant::now();
         let mut chosen = match earlier {
             Some(kept) => match kept.taken_up(&begun, &mut survey)?.0 {
                 Stage::Error(chosen) => *chosen,
-                Stage::Settings => return Err(Mismatch("it holds no samples of --error".into()).into()),
+                Stage::Settings => {
+                    return Err(Mismatch("it holds no samples of a render with --error".into()).into());
+                }
             },
             None => self.choose(&mut survey, target)?,
         };
@@ -76,7 +78,7 @@ impl Task<'_> {
             )
         });
         let confidence = self.request.confidence;
-        let prepared = survey.prepared;
+        let prepared = survey.prepared();
         let render = start.elapsed();
         let image = Image { samples, rounding, prepared, render, before, coarse: true };
         let mut known = self.known(image, &survey);
@@ -89,15 +91,15 @@ impl Task<'_> {
         known.report.asked.met = Some(met);
         known.report.asked.unmet_why = (!met).then(|| {
             if known.cancelled {
-                "it was interrupted".to_owned()
+                "the render was interrupted".to_owned()
             } else if let Some(why) = why {
                 why
             } else if capped {
                 format!("some pixels need more than {MOST_SAMPLES} samples")
             } else if no_rounding {
-                "the rounding part is not known: this device has no f64 to compare with".to_owned()
+                "the rounding error is unknown: this device has no f64 to compare with".to_owned()
             } else {
-                format!("what it takes at {:.0} % confidence was not reached", 100.0 * confidence)
+                format!("the bound at {:.0} % confidence is larger", 100.0 * confidence)
             }
         });
         Ok(known)
@@ -119,7 +121,7 @@ impl Task<'_> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
-            let begun = survey.begun(self.renderer, self.scene, &self.settings);
+            let begun = survey.begun(&self.settings);
             exact.count(&survey.counted(begun));
             *survey = exact;
         }
@@ -219,13 +221,16 @@ impl Task<'_> {
         let rounding = rounded.map_or(0.0, |r| r.part_at(f64::from(MOST_SAMPLES)));
         if cut.hidden >= target {
             let why = match &self.limit.unbounded {
-                Some(why) => format!("light of rays that are not traced has no bound: {why}"),
-                None => format!("at depth {} they may hide {:.2e}", cut.depth, cut.hidden),
+                Some(why) => format!("their light has no bound: {why}"),
+                None => {
+                    let hidden = crate::units::figure(cut.hidden);
+                    format!("at depth {} they can contribute up to {hidden} (RMSE)", cut.depth)
+                }
             };
-            return Some(format!("rays that are not traced may hide more than was asked for: {why}"));
+            return Some(format!("rays that are not traced can contribute more than this error: {why}"));
         }
         (rounding >= target)
-            .then(|| format!("rounding alone comes to {rounding:.2e}; try --precision f64 or a larger error"))
+            .then(|| format!("rounding alone causes {}; try --precision f64", crate::units::figure(rounding)))
     }
 }
 

@@ -77,7 +77,7 @@ impl Task<'_> {
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
         let start = Instant::now();
         let region = Region::of(&self.settings);
-        let closing = CLOSING * survey.prepared.as_secs_f64();
+        let closing = CLOSING * survey.prepared().as_secs_f64();
         let black = Gathered::new(region.width, region.height, REPLICATES as usize);
         let reserve = closing + output_seconds(&black, &self, layers);
         let mut clock = Clock { from, seconds, reserve };
@@ -89,7 +89,7 @@ impl Task<'_> {
         let allocation = self.sample_in_time(&mut survey, &mut clock, pace, closing, layers)?;
 
         let short = allocation.bound().is_none();
-        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared, start.elapsed());
+        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared(), start.elapsed());
         let rounding = rounded.map(|r| (r.part(&samples), r.pixels));
         let pilot = samples.done();
         let before = TimeInfo::default();
@@ -98,15 +98,15 @@ impl Task<'_> {
         known.report.asked.time = Some(seconds);
         known.report.asked.met = Some(!short && !known.cancelled);
         known.report.asked.unmet_why = if known.cancelled {
-            Some("it was interrupted".into())
+            Some("the render was interrupted".into())
         } else if short {
             // Looks and kernels were paid for; the rest goes with the pixels.
             let fixed = (start - from).as_secs_f64() + clock.reserve;
             let needed = fixed + render.as_secs_f64() / pilot.max(1e-3);
             Some(format!(
-                "{seconds} s is too short for {REPLICATES} samples of every pixel, which take about {needed:.1} s \
-                 ({fixed:.1} s of them to prepare and to write): {:.0} % of the pixels stand for all, and the error is \
-                 not known; a smaller --size helps",
+                "{seconds} s is too short: {REPLICATES} samples of every pixel take about {needed:.1} s, {fixed:.1} s of \
+                 which to prepare and to write files; only {:.0} % of the pixels were traced, the rest repeat their \
+                 neighbours, and the error is unknown; reduce --size",
                 100.0 * pilot
             ))
         } else {
@@ -143,7 +143,7 @@ impl Task<'_> {
     ) -> Result<Option<super::rounding::Rounded>, RenderError> {
         let share = PILOT_SHARE * clock.left();
         let single = survey.precision() != Precision::Double;
-        if single && 2.0 * survey.prepared.as_secs_f64() > share {
+        if single && 2.0 * survey.prepared().as_secs_f64() > share {
             return Ok(None);
         }
         // In f64 they take about twice the time again.

@@ -5,46 +5,41 @@ use super::{DeviceArgs, Verbosity};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
-const CALIBRATE_HELP: &str = concat!(
-    "\
-Each image is judged by a truth in f64, sampled until its own standard error is a tenth of the smallest error judged. The \
-tables are Markdown, on standard output unless -o names a file, or on standard error where --json - has standard output. \
-Ctrl-C ends the work and keeps the trials there are. A promise that is not kept is published as such: it is no failure of \
-this command.
+const CALIBRATE_HELP: &str = "\
+Each image is compared with a reference in f64 whose own standard error is at most a tenth of the smallest error measured. \
+The tables are Markdown. They go to standard output unless -o names a file, and to standard error under --json -. Ctrl-C \
+ends the work and keeps the finished trials. A promise that was not kept appears in the tables; the command still exits \
+with 0.
 
 Examples:
   whitted calibrate
   whitted calibrate scenes/cornell.toml --only error --errors 0.02,0.01,0.005 --seeds 100
-  whitted calibrate --size 300x200 --times 1,5 -o calibration.md --json calibration.json
-
-",
-    exit_codes!()
-);
+  whitted calibrate --size 300x200 --times 1,5 -o calibration.md --json calibration.json";
 
 /// `whitted calibrate`.
 #[derive(Debug, Args)]
-#[command(after_help = CALIBRATE_HELP)]
+#[command(after_help = super::notes(CALIBRATE_HELP))]
 pub struct CalibrateArgs {
     /// Scene texts (TOML) [default: scenes/*.toml]
     pub scenes: Vec<PathBuf>,
 
-    /// Trials of --budget and --error for each scene and setting
+    /// Trials of --budget and of --error for each scene and setting
     #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 20)]
     pub seeds: u32,
 
-    /// Runs that are timed, for each scene and setting
+    /// Timed runs of --time for each scene and setting
     #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 5)]
     pub runs: u32,
 
-    /// Samples a pixel that --budget is tried with, at least 2
+    /// Samples per pixel to try --budget with, at least 2
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::two_or_more(), default_value = "16,64")]
     pub samples: Vec<u32>,
 
-    /// Errors that --error is tried with
+    /// Errors to try --error with
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero, default_value = "0.02,0.01")]
     pub errors: Vec<f64>,
 
-    /// Seconds that --time is tried with
+    /// Seconds to try --time with
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero, default_value = "0.5")]
     pub times: Vec<f64>,
 
@@ -60,7 +55,7 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "P", value_parser = values::confidence, default_value_t = 0.95)]
     pub confidence: f64,
 
-    /// Write the tables to this file, not to standard output
+    /// Write the tables to this file instead of standard output
     #[arg(short, long, value_name = "FILE.md")]
     pub output: Option<PathBuf>,
 
@@ -72,7 +67,7 @@ pub struct CalibrateArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
 
-    /// How much to say.
+    /// Messages.
     #[command(flatten)]
     pub verbosity: Verbosity,
 }
@@ -80,10 +75,10 @@ pub struct CalibrateArgs {
 /// A promise of `whitted render`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Promise {
-    /// --budget: the error lies within its parts
+    /// --budget: the stated error is not exceeded
     Budget,
-    /// --error: the image is as good as that
+    /// --error: the image has at most this error
     Error,
-    /// --time: the image is there in time
+    /// --time: the image is finished in time
     Time,
 }

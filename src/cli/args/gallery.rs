@@ -9,25 +9,25 @@ const GALLERY_HELP: &str = "\
 Pictures:
   samples_01, _02, _04, _10   1 to 10 samples per pixel, at the scene's depth
   depth_1 to depth_4          1 to 4 rays in the longest path, at up to 4 samples per pixel
-  depth_STEM_1 to _4          the same of the sibling
-  final_STEM                  the scene at its own settings; also its sibling, if there is one:
-                              STEM_glass.toml beside STEM.toml, or the other way round
-  contact_sheet.png           all of them, with samples, depth, time and rays
-  gallery.json                the report of each
+  depth_STEM_1 to _4          the same for the sibling scene
+  final_STEM                  the scene at its own settings, and its sibling if there is one:
+                              STEM_glass.toml beside STEM.toml, or the reverse
+  contact_sheet.png           all pictures, with samples, depth, time and rays
+  gallery.json                the report of each picture
 
-Samples are independent (`--sampler random` of `whitted render`), so that counts are compared and nothing else.
+Samples are independent (as with `whitted render --sampler random`), so only the counts differ.
 
 Example:
   whitted gallery scenes/cornell.toml -o out/gallery";
 
 /// `whitted gallery`.
 #[derive(Debug, Args)]
-#[command(after_help = GALLERY_HELP)]
+#[command(after_help = super::notes(GALLERY_HELP))]
 pub struct GalleryArgs {
     /// Scene text (TOML)
     pub scene: PathBuf,
 
-    /// Folder to write to; made if it is not there
+    /// Folder to write to; created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 
@@ -43,7 +43,7 @@ pub struct GalleryArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
 
-    /// How much to say.
+    /// Messages.
     #[command(flatten)]
     pub verbosity: Verbosity,
 }

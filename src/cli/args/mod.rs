@@ -1,16 +1,10 @@
 //! The command line as clap sees it: names, defaults, help. What commands do is in `commands`.
 
-macro_rules! exit_codes {
-    () => {
-        "Exit codes: 0 done, 1 failure, 2 usage, 3 scene, 4 no device, 5 device lost, 6 above the \
-         threshold, 130 interrupted."
-    };
-}
-
 mod calibrate;
 mod compare;
 mod devices;
 mod gallery;
+mod manual;
 mod plan;
 mod profile;
 mod render;
@@ -22,6 +16,7 @@ pub use calibrate::{CalibrateArgs, Promise};
 pub use compare::{CompareArgs, Metric};
 pub use devices::DevicesArgs;
 pub use gallery::GalleryArgs;
+pub use manual::{CompletionsArgs, ManArgs};
 pub use plan::PlanArgs;
 pub use profile::ProfileArgs;
 pub use render::{AccuracyArgs, PictureArgs, RenderArgs};
@@ -29,19 +24,45 @@ pub use stress::StressArgs;
 pub use sweep::SweepArgs;
 pub use values::{Crop, Output, Size};
 
+use crate::cli::failure::Code;
 use crate::scene::procedural::Shape;
 use crate::settings::forced_features::General;
 use crate::settings::{DeviceChoice, Hierarchy, Schedule};
 use clap::{ArgAction, Args, Parser, Subcommand};
+use std::fmt::Write;
 use std::sync::LazyLock;
 
 static LONG_VERSION: LazyLock<String> = LazyLock::new(|| {
     format!("{} ({})", env!("CARGO_PKG_VERSION"), option_env!("WHITTED_GIT").unwrap_or("unknown"))
 });
 
+const HELP: &str = "\
+Examples:
+  whitted render scenes/cornell.toml -o cornell.png
+  whitted render scenes/cornell.toml -o good.png --error 0.01
+  whitted compare good.png cornell.png
+
+`whitted COMMAND --help` shows the options of a command, with examples.";
+
+const GENERATE_HELP: &str = "\
+The same options write the same bytes.
+
+Example:
+  whitted generate sphereflake -o flake.toml";
+
+/// What help prints after the options: `notes`, then the exit codes.
+fn notes(notes: &str) -> String {
+    let mut text = format!("{notes}\n\nExit codes:\n");
+    for (code, meaning) in Code::ALL {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {:>3}  {meaning}", code as u8);
+    }
+    text
+}
+
 /// A Whitted ray tracer on raw Vulkan compute.
 #[derive(Debug, Parser)]
-#[command(version, long_version = LONG_VERSION.as_str(), after_help = exit_codes!(), max_term_width = 100)]
+#[command(name = "whitted", version, long_version = LONG_VERSION.as_str(), after_help = notes(HELP), max_term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -55,23 +76,27 @@ pub enum Command {
     Render(RenderArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
-    /// Tell what a render of a scene needs and how long it takes, before it runs
+    /// Show what a render needs and how long it will take, without rendering
     Plan(PlanArgs),
-    /// Time a scene's passes, depth by depth
+    /// Time the passes of a render, depth by depth
     Profile(ProfileArgs),
-    /// Render the comparison of sample counts and depths, with a contact sheet
+    /// Render a scene at several sample counts and depths, with a contact sheet
     Gallery(GalleryArgs),
-    /// Time and judge every point of a grid of settings: error against time, with plots
+    /// Time and judge every combination of settings: error against time, with plots
     Sweep(SweepArgs),
-    /// Measure the difference of two pictures
+    /// Measure the difference between two pictures
     Compare(CompareArgs),
     /// Measure how often --budget, --error and --time keep what they promise
     Calibrate(CalibrateArgs),
-    /// Run the numerical extremes on a device, each against its derived bound
+    /// Run numerical extremes on a device, each against its derived bound
     Stress(StressArgs),
-    /// Write a shape as an OBJ file or as scene text
-    #[command(subcommand)]
+    /// Write a shape as an OBJ file or a scene
+    #[command(subcommand, after_help = notes(GENERATE_HELP))]
     Generate(Shape),
+    /// Print the completion script of a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write the pages of all commands
+    Man(ManArgs),
 }
 
 impl ScheduleArgs {
@@ -93,7 +118,7 @@ impl ScheduleArgs {
 #[derive(Debug, Args)]
 pub struct DeviceArgs {
     /// Vulkan device: index, part of the name, UUID or `cpu` [default: the most capable]
-    #[arg(long, env = "WHITTED_DEVICE", value_name = "DEVICE", value_parser = values::device, hide_env_values = true)]
+    #[arg(long, env = "WHITTED_DEVICE", value_name = "DEVICE", value_parser = values::device, hide_env_values = true, help_heading = "Device")]
     pub device: Option<DeviceChoice>,
 }
 
@@ -104,7 +129,7 @@ impl DeviceArgs {
     }
 }
 
-/// How the work is cut; never changes the image.
+/// How the work is divided; never changes the image.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scheduling (never changes the image)")]
 pub struct ScheduleArgs {
@@ -112,7 +137,7 @@ pub struct ScheduleArgs {
     #[arg(long, value_name = "N", value_parser = values::positive())]
     pub tile_pixels: Option<u32>,
 
-    /// Samples of a pixel traced together, at most [default: as memory allows]
+    /// Samples of a pixel that are traced together, at most [default: as memory allows]
     #[arg(long, value_name = "N", value_parser = values::positive())]
     pub batch_samples: Option<u32>,
 
@@ -128,14 +153,14 @@ pub struct ScheduleArgs {
     pub general: Option<General>,
 }
 
-/// How much to say on standard error.
+/// Messages on standard error.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Verbosity {
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long, conflicts_with = "verbose", help_heading = "Messages")]
     pub quiet: bool,
 
-    /// Print device, plan, and time and rays per pass and depth
+    /// Print the device, the plan, and time and rays for each pass and depth
     #[arg(short, long, action = ArgAction::SetTrue, help_heading = "Messages")]
     pub verbose: bool,
 }

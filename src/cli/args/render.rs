@@ -8,80 +8,76 @@ use crate::settings::{Origin, Precision, parse_cutoff};
 use clap::Args;
 use std::path::PathBuf;
 
-const RENDER_HELP: &str = concat!(
-    "\
+const RENDER_HELP: &str = "\
+Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
+not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
+second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
+command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
+resume from.
+
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
   whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
   whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
   whitted render scenes/cornell.toml -o good.png --error 0.01
   whitted render scenes/cornell.toml -o quick.png --time 2
-  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
-
-Only the image of `-o -` goes to standard output; everything else goes to standard error. Files \
-appear whole or not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and \
-exits with 130; a second Ctrl-C ends at once and saves nothing. What is finished by then is kept \
-beside the image in OUT.partial: the same command with --resume goes on from there, and the image \
-is the same, bit for bit, as if it had not been interrupted. Only --time leaves nothing to go on from.
-
-",
-    exit_codes!()
-);
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
 
 /// `whitted render`.
 #[derive(Debug, Args)]
-#[command(after_help = RENDER_HELP)]
+#[command(after_help = super::notes(RENDER_HELP))]
 pub struct RenderArgs {
     /// Scene text (TOML)
     pub scene: PathBuf,
 
     /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
-    #[arg(short, long, value_name = "FILE", value_parser = values::output())]
+    #[arg(short, long, value_name = "FILE", value_parser = values::output(), help_heading = "Output")]
     pub output: Output,
 
-    /// What the picture is made of.
+    /// Size, samples, depth and the like.
     #[command(flatten)]
     pub picture: PictureArgs,
 
-    /// Say how wrong the image may be.
+    /// The error of the image.
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
 
     /// Bits per channel of a PNG [default: 8]
-    #[arg(long, value_parser = ["8", "16"])]
+    #[arg(long, value_parser = ["8", "16"], help_heading = "Output")]
     pub bits: Option<String>,
 
     /// Write times, rays and settings as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub report: Option<PathBuf>,
 
-    /// Tell afterwards what was planned and what each part took, and measure what each feature that the scene lacks would have cost; takes some seconds more
-    #[arg(long, conflicts_with_all = ["resume", "error", "time", "budget", "aov"])]
+    /// Afterwards print the plan, the time of each part, and the measured cost of each feature that the scene does not need; takes some seconds more
+    #[arg(long, conflicts_with_all = ["resume", "error", "time", "budget", "aov"], help_heading = "Output")]
     pub receipt: bool,
 
-    /// Go on with an interrupted render from OUT.partial, if that is there; else begin
-    #[arg(long)]
+    /// Continue an interrupted render from OUT.partial; start anew if there is none
+    #[arg(long, help_heading = "Output")]
     pub resume: bool,
 
     /// Run under the Vulkan validation layer; any message is a failure
-    #[arg(long)]
+    #[arg(long, help_heading = "Device")]
     pub validate: bool,
 
     /// Device to use.
     #[command(flatten)]
     pub device: DeviceArgs,
 
-    /// How the work is cut.
+    /// How the work is divided.
     #[command(flatten)]
     pub schedule: ScheduleArgs,
 
-    /// How much to say.
+    /// Messages.
     #[command(flatten)]
     pub verbosity: Verbosity,
 }
 
-/// What a picture is made of: the scene's own settings, unless said otherwise.
+/// What a picture is made of. The scene file gives the defaults.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH")]
@@ -95,11 +91,11 @@ pub struct PictureArgs {
     #[arg(long, value_name = "D", value_parser = values::positive())]
     pub depth: Option<u32>,
 
-    /// Do not trace rays that can add less than this share of their light to the pixel, in [0, 1)
+    /// Do not trace rays that carry less than this share of their light to the pixel, in [0, 1)
     #[arg(long, value_name = "T", value_parser = parse_cutoff, default_value_t = 0.0)]
     pub cutoff: f32,
 
-    /// How the samples of a pixel are spread over it: `random`, `stratified` (jittered) or `owen` (scrambled Sobol points)
+    /// Positions of the samples in a pixel: `random`, `stratified` (jittered) or `owen` (scrambled Sobol points)
     #[arg(long, value_name = "WHICH", default_value = "owen")]
     pub sampler: Sampler,
 
@@ -115,7 +111,7 @@ pub struct PictureArgs {
     )]
     pub precision: Option<Precision>,
 
-    /// Where secondary rays start: `bound` (off the surface by an error bound) or `fixed:X` (X metres along the ray, for measuring)
+    /// Origin of secondary rays: `bound` (moved off the surface by an error bound) or `fixed:X` (moved X metres along the ray, for measurements)
     #[arg(long, value_name = "WHICH", default_value = "bound")]
     pub origin: Origin,
 
@@ -124,7 +120,7 @@ pub struct PictureArgs {
     pub crop: Option<Crop>,
 }
 
-/// How wrong the image may be.
+/// The error of the image.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Accuracy")]
 pub struct AccuracyArgs {
@@ -132,23 +128,23 @@ pub struct AccuracyArgs {
     #[arg(long)]
     pub budget: bool,
 
-    /// Choose samples, depth and precision so that the RMSE, in linear light from 0 to 1, is at most this
+    /// Choose samples, depth and precision for an RMSE of at most E, in linear light from 0 to 1
     #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "time", "cutoff", "replicates"])]
     pub error: Option<f64>,
 
-    /// Choose samples and depth so that the error is least in this many seconds of wall time
+    /// Choose samples and depth for the least error in T seconds of wall time
     #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "resume", "replicates"])]
     pub time: Option<f64>,
 
-    /// Confidence of what is said and promised, in (0, 1)
+    /// Confidence of the stated error, in (0, 1)
     #[arg(long, value_name = "P", value_parser = values::confidence, default_value_t = 0.95)]
     pub confidence: f64,
 
-    /// Paint what is known of each pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other images
+    /// Also write a value per pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other formats
     #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
 
-    /// Independent sets that the samples of a pixel are dealt to; divides the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
+    /// Independent sets that the samples of a pixel are divided into; must divide the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
     #[arg(long, value_name = "R", value_parser = values::positive())]
     pub replicates: Option<u32>,
 }

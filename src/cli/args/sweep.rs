@@ -10,30 +10,33 @@ use std::sync::LazyLock;
 static SWEEP_HELP: LazyLock<String> = LazyLock::new(|| {
     format!(
         "\
-Axes (values separated by commas; what no axis names is the scene's own or the default of `render`):
+Values are separated by commas. Settings that no axis names are those of the scene and the defaults of `render`.
+
+Axes:
 {}
 
-In DIR: sweep.json and sweep.csv (a row a point), index.html (plots, tables and pictures in one file), the plots as \
-SVG and PNG, the pictures behind the points (linear, EXR), and the truth that judged them. Ctrl-C stops \
-after the work in flight; the same command goes on from there.
+DIR receives sweep.json and sweep.csv (one row per point), index.html (plots, tables and pictures in one file), the plots \
+as SVG and PNG, the picture of each point (linear EXR), and the reference that they were compared with. Ctrl-C stops after \
+the work in flight; the same command continues.
 
 Example:
   whitted sweep scenes/cornell.toml --size 150x125 --over samples=1..64 sampler=all depth=1..6 -o out/sweep",
         crate::lab::sweep::axes::listing()
     )
 });
+
 /// `whitted sweep`.
 #[derive(Debug, Args)]
-#[command(after_help = SWEEP_HELP.as_str())]
+#[command(after_help = super::notes(&SWEEP_HELP))]
 pub struct SweepArgs {
     /// Scene text (TOML)
     pub scene: PathBuf,
 
-    /// What to vary: all combinations are rendered; the axes are below
+    /// Settings to vary; all combinations are rendered. The axes are listed below
     #[arg(long, value_name = "AXIS=VALUES", num_args = 1.., required = true)]
     pub over: Vec<Axis>,
 
-    /// Folder to write to; made if it is not there
+    /// Folder to write to; created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 
@@ -41,23 +44,23 @@ pub struct SweepArgs {
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
 
-    /// Renders of each point after a warm-up; one that takes over 10 s is rendered once
+    /// Timed renders of each point after a warm-up; a point that takes over 10 s is rendered once
     #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 5)]
     pub repeats: u32,
 
-    /// Errors (RMSE) to name the cheapest point for
+    /// Errors (RMSE) for which to list the cheapest point
     #[arg(long, value_name = "E,E", value_delimiter = ',', value_parser = values::above_zero, default_value = "0.1,0.03,0.01,0.003,0.001,0.0003,0.0001")]
     pub error: Vec<f64>,
 
-    /// Most samples of a pixel of the truth; it stops earlier once it is ten times better than every point
+    /// Samples per pixel of the reference, at most; fewer once its error is a tenth of every point's
     #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 4096)]
     pub truth_samples: u32,
 
-    /// Judge by the oracle on the CPU, which shares only the sampler with the kernels, also where the device has f64; slow
+    /// Use the CPU oracle as reference, which shares only the sampler with the kernels, instead of f64 on the device; slow
     #[arg(long)]
     pub oracle: bool,
 
-    /// Forget what an earlier sweep left in DIR
+    /// Discard the results of an earlier sweep in DIR
     #[arg(long)]
     pub fresh: bool,
 
@@ -65,7 +68,7 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
 
-    /// How much to say.
+    /// Messages.
     #[command(flatten)]
     pub verbosity: Verbosity,
 }

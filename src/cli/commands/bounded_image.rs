@@ -1,4 +1,4 @@
-//! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image whose error is known.
+//! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use crate::accuracy::promise::{self, BoundedImage, Layer, Request, Target, UnfinishedBounded};
 use crate::cli::args::{Output, RenderArgs};
@@ -16,24 +16,24 @@ use anyhow::Context;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Most replicates where none are asked for: few, since an evenly spread set gains from being large.
+/// Default number of replicates, at most: few, since larger sets of samples are spread more evenly.
 const REPLICATES: u32 = 4;
-/// As many where each pixel's own interval is painted: from there Student's t covers what it claims.
+/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their confidence.
 const REPLICATES_OF_PIXELS: u32 = 16;
 
-/// True if anything is asked of the image's error.
+/// True if any option concerns the image's error.
 pub(super) fn is_wanted(args: &RenderArgs) -> bool {
     let a = &args.accuracy;
     a.error.is_some() || a.time.is_some() || a.budget || !a.aov.is_empty()
 }
 
-/// The replicates of an image of whose error nothing is asked.
+/// Sets the replicates of a render without an error estimate.
 pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
     settings.replicates = replicates(args.accuracy.replicates, 1, settings.samples)?;
     Ok(())
 }
 
-/// What the arguments ask of the image's error; `settings` get their replicates.
+/// The request in the arguments; also sets the replicates of `settings`.
 fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Result<Request, Failure> {
     let a = &args.accuracy;
     let target = match (a.error, a.time) {
@@ -44,13 +44,14 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     if target == Target::Settings {
         if settings.samples < 2 {
             return Err(Failure::Usage(
-                "one sample a pixel says nothing of its error: take --samples 2 or more, or --error".into(),
+                "the error of one sample per pixel cannot be estimated: use --samples 2 or more, or --error"
+                    .into(),
             ));
         }
         let most = if a.aov.contains(&Layer::Sampling) { REPLICATES_OF_PIXELS } else { REPLICATES };
         settings.replicates = replicates(a.replicates, most, settings.samples)?;
         if settings.replicates < 2 {
-            return Err(Failure::Usage("a budget needs --replicates 2 or more".into()));
+            return Err(Failure::Usage("an error estimate needs --replicates 2 or more".into()));
         }
     }
     Ok(Request {
@@ -61,11 +62,11 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     })
 }
 
-/// The number asked for, or the largest up to `most` that divides the samples; of a prime, all of them.
+/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if there is none.
 fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failure> {
     match asked {
         Some(r) if samples.is_multiple_of(r) => Ok(r),
-        Some(r) => Err(Failure::Usage(format!("--replicates {r} does not divide {samples} samples"))),
+        Some(r) => Err(Failure::Usage(format!("--replicates {r} does not divide --samples {samples}"))),
         None if most == 1 => Ok(1),
         None => Ok(promise::replicates(samples, most)),
     }
@@ -128,27 +129,24 @@ pub(super) fn run(
             (Some(state), Some(mut unfinished)) => {
                 unfinished.begun.time = report.time.clone();
                 state.save(|out| unfinished.write(out))?;
-                format!("; go on with --resume (from {})", state.path().display())
+                format!("; continue with --resume (state in {})", state.path().display())
             }
             _ => String::new(),
         };
-        return Err(Failure::Interrupted(format!(
-            "interrupted: the image as it is, is saved in {file}{then}"
-        )));
+        return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;
     }
     match (report.asked.met, &report.asked.unmet_why) {
-        (Some(false), why) => Err(Failure::Unmet(format!(
-            "what was asked for was not reached: {}; the image is saved in {file}",
-            why.as_deref().unwrap_or_default()
-        ))),
+        (Some(false), why) => {
+            Err(Failure::Unmet(format!("{}; the image is in {file}", why.as_deref().unwrap_or_default())))
+        }
         _ => Ok(()),
     }
 }
 
-/// Layers as pictures beside an image whose format has no room for them.
+/// Writes layers as pictures next to an image whose format cannot hold them; returns their paths.
 fn paint(
     args: &RenderArgs,
     format: Format,
@@ -169,20 +167,22 @@ fn paint(
     Ok(names)
 }
 
-/// For the check before the work: layers cannot go to standard output, and are of known precision.
+/// Checks combinations of options before the work starts.
 pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
     let a = &args.accuracy;
     if !a.aov.is_empty() && matches!(args.output, Output::Stdout) {
-        return Err(Failure::Usage("--aov writes files beside the image; -o - has no place for them".into()));
+        return Err(Failure::Usage(
+            "--aov writes files next to the image, so -o needs a file name instead of -".into(),
+        ));
     }
     if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
         return Err(Failure::Usage(
-            "--aov rounding compares every sample with f64: take it with --budget, not with --error or --time".into(),
+            "--aov rounding renders every sample in f64 too: use it with --budget, not with --error or --time".into(),
         ));
     }
     if args.picture.precision == Some(Precision::Fast) && a.error.is_some() {
         return Err(Failure::Usage(
-            "--precision fast has no bound on its mistakes; --error takes robust or f64".into(),
+            "--precision fast has no error bound; --error needs robust or f64".into(),
         ));
     }
     Ok(())

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Where the scenes are if none is named.
 const FOLDER: &str = "scenes";
 
-/// Tries the promises and says how often they were kept.
+/// Measures how often the promises are kept.
 pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     let json_file = args.json.iter().filter(|p| p.as_os_str() != "-");
     for path in args.output.iter().chain(json_file) {
@@ -54,7 +54,7 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     }
     match calibration.complete {
         true => Ok(()),
-        false => Err(Failure::Interrupted("interrupted: the tables hold the trials there are".into())),
+        false => Err(Failure::Interrupted("interrupted: the tables hold the trials finished so far".into())),
     }
 }
 
@@ -81,7 +81,7 @@ fn scenes(named: &[PathBuf]) -> Result<Vec<(String, Scene)>, Failure> {
         files.sort();
     }
     if files.is_empty() {
-        return Err(Failure::Usage(format!("there is no scene in a folder {FOLDER} here: name some")));
+        return Err(Failure::Usage(format!("no scene given, and none in the folder {FOLDER}")));
     }
     let read = |path: &PathBuf| {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();

@@ -73,7 +73,7 @@ pub fn run(args: &CompareArgs, console: &mut Console) -> Result<(), Failure> {
     let (a, b) = (load(&args.a)?, load(&args.b)?);
     if (a.width, a.height) != (b.width, b.height) {
         return Err(Failure::Other(anyhow!(
-            "{} has {}x{} pixels and {} has {}x{}: pictures can be compared only at the same size; render both at one",
+            "{} has {}x{} pixels and {} has {}x{}: pictures must have the same size",
             args.a.display(),
             a.width,
             a.height,
@@ -122,10 +122,7 @@ fn check(args: &CompareArgs) -> Result<(), Failure> {
     let files = [&args.diff, &args.json];
     for path in files.into_iter().flatten().filter(|p| p.as_os_str() != "-") {
         if [&args.a, &args.b].contains(&path) {
-            return Err(Failure::Usage(format!(
-                "{} would be written over a picture to compare",
-                path.display()
-            )));
+            return Err(Failure::Usage(format!("{} would overwrite a picture to compare", path.display())));
         }
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -143,8 +140,8 @@ fn load(path: &Path) -> Result<Picture, Failure> {
         let count = picture.linear.iter().filter(|p| is_bad(p)).count();
         let width = picture.width as usize;
         return Err(Failure::Other(anyhow!(
-            "{} has {count} pixels that are not numbers (NaN), the first at ({}, {}): no figure would mean anything; \
-             render it again or cut them out",
+            "{} has {count} pixels that are not numbers (NaN), the first at ({}, {}): the errors would be meaningless; \
+             render the picture again or crop them away",
             path.display(),
             first % width,
             first / width,
@@ -218,7 +215,7 @@ fn table(comparison: &Comparison) -> String {
     let mut row = |name: &str, value: String, note: &str| {
         let mark = if name == judged.metric {
             match (judged.threshold, judged.above) {
-                (Some(limit), Some(true)) => format!("; beyond the threshold {}", number(limit)),
+                (Some(limit), Some(true)) => format!("; exceeds the threshold {}", number(limit)),
                 (Some(limit), _) => format!("; within the threshold {}", number(limit)),
                 _ => String::new(),
             }

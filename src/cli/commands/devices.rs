@@ -13,14 +13,14 @@ use anyhow::Context;
 use serde::Serialize;
 use std::rc::Rc;
 
-/// A device, and what its arithmetic is worth.
+/// A device with the results of its self-test.
 #[derive(Debug, Serialize)]
 struct Listed {
     #[serde(flatten)]
     device: DeviceSummary,
-    /// `None` where the device cannot be used, or not be opened.
+    /// `None` if the device cannot be used or opened.
     arithmetic: Option<SelfTest>,
-    /// `None` where the device cannot be used, or not be opened.
+    /// `None` if the device cannot be used or opened.
     switched: Option<Switched>,
 }
 
@@ -52,44 +52,44 @@ fn listing(devices: &[Listed]) -> String {
     devices.iter().map(block).collect::<Vec<_>>().join("\n")
 }
 
-/// One device: a heading, then a line for each thing to know.
+/// One device: a heading, then one line per property.
 fn block(listed: &Listed) -> String {
     let d = &listed.device;
     let usable = match (&d.unusable, d.default) {
         (Some(why), _) => format!("no: {why}"),
-        (None, true) => "yes; taken unless --device names another".into(),
+        (None, true) => "yes; the default".into(),
         (None, false) => format!("yes, with --device {}", d.index),
     };
     let timing = match d.timestamp_bits {
-        0 => "no timestamps: the wall time of each submit is shared out evenly over its passes".into(),
+        0 => "no timestamps: each submit's wall time is divided evenly among its passes".into(),
         bits => {
             format!(
-                "timestamps of {bits} bits, {} ns a tick: each pass is timed",
+                "timestamps of {bits} bits, {} ns per tick: each pass is timed",
                 number(d.timestamp_period.into())
             )
         }
     };
     let doubles = match d.float64 {
-        true => "yes: --precision f64 can be had",
-        false => "no: --precision f64 is refused; robust, the default, does without",
+        true => "yes: --precision f64 is available",
+        false => "no: --precision f64 is refused; the default, robust, does not need it",
     };
     let rows = [
         ("usable", usable),
         ("type", d.kind.clone()),
         ("driver", format!("{}, Vulkan {}", d.driver, d.api)),
         ("UUID", d.uuid.clone()),
-        ("memory", format!("{}; {} in one buffer", bytes(d.heap), bytes(d.storage_range))),
+        ("memory", format!("{}; at most {} per buffer", bytes(d.heap), bytes(d.storage_range))),
         (
             "kernels",
             format!(
-                "{} invocations a workgroup, {} a subgroup; {} storage buffers, {} of push constants",
+                "workgroups of up to {}, subgroups of {}; {} storage buffers, {} of push constants",
                 grouped(d.workgroup_invocations.into()),
                 d.subgroup_size,
                 grouped(d.storage_buffers.into()),
                 bytes(d.push_constants.into()),
             ),
         ),
-        ("ways", ways(listed.switched)),
+        ("code", code(listed.switched)),
         ("timing", timing),
         ("fp64", doubles.into()),
         ("numbers", numbers(listed.arithmetic.as_ref())),
@@ -99,34 +99,34 @@ fn block(listed: &Listed) -> String {
     })
 }
 
-/// What the device's kind and limits switch.
-fn ways(switched: Option<Switched>) -> String {
-    let Some(s) = switched else { return "not known".into() };
+/// Variants of the kernels that the device's kind and limits select.
+fn code(switched: Option<Switched>) -> String {
+    let Some(s) = switched else { return "unknown".into() };
     let all = [
-        if s.texels { "reads texels" } else { "reads storage buffers" },
-        if s.packets { "a subgroup's rays walk together" } else { "each ray walks alone" },
-        if s.fused { "one kernel a depth for many samples" } else { "a kernel for each stage" },
+        if s.texels { "texel loads" } else { "storage buffer loads" },
+        if s.packets { "packet traversal" } else { "single-ray traversal" },
+        if s.fused { "one fused kernel per depth if samples are many" } else { "one kernel per stage" },
     ];
     all.join("; ")
 }
 
-/// The verdict of the self-test.
+/// The results of the self-test.
 fn numbers(arithmetic: Option<&SelfTest>) -> String {
     let Some(test) = arithmetic else { return "not tested".into() };
     let one = |a: &Arithmetic| {
         let faults = a.faults();
         let exact = if faults.is_empty() {
             format!(
-                "exact where it must be, division {} ulp, root {} ulp",
+                "exact where required, division within {} ulp, root within {} ulp",
                 number(a.division_ulp),
                 number(a.sqrt_ulp)
             )
         } else {
-            format!("not to be trusted: {}", faults.join("; "))
+            format!("unreliable: {}", faults.join("; "))
         };
         exact + if a.flushes_denormals { ", denormals flushed" } else { "" }
     };
-    let double = test.double.as_ref().map_or(String::new(), |a| format!(" | f64: {}", one(a)));
+    let double = test.double.as_ref().map_or(String::new(), |a| format!("\n           f64: {}", one(a)));
     format!("f32: {}{double}", one(&test.single))
 }
 
@@ -164,8 +164,8 @@ mod tests {
         let sound = Arithmetic { division_ulp: 0.5, sqrt_ulp: 0.5, ..Arithmetic::default() };
         let fused = Arithmetic { contracted: 3, ..sound };
         let text = numbers(Some(&SelfTest { single: fused, double: Some(sound) }));
-        assert!(text.starts_with("f32: not to be trusted: 3 of 4096 products were fused"), "{text}");
-        assert!(text.contains("| f64: exact where it must be"), "{text}");
+        assert!(text.starts_with("f32: unreliable: 3 of 4096 products were fused"), "{text}");
+        assert!(text.contains("f64: exact where required"), "{text}");
     }
 
     #[test]
@@ -176,24 +176,24 @@ mod tests {
         for (block, parts) in blocks.iter().zip([
             [
                 "device 0: llvmpipe",
-                "yes; taken unless",
-                "1.50 GiB; 128 MiB in one buffer",
+                "yes; the default",
+                "1.50 GiB; at most 128 MiB per buffer",
                 "each pass is timed",
-                "reads texels; a subgroup's rays walk together; one kernel a depth",
+                "texel loads; packet traversal; one fused kernel per depth",
             ],
             [
                 "device 1: llvmpipe",
                 "no: it has no Vulkan 1.2",
                 "--precision f64 is refused",
-                "shared out evenly",
-                "not known",
+                "divided evenly",
+                "unknown",
             ],
             [
                 "device 2: llvmpipe",
                 "yes, with --device 2",
-                "reads storage buffers; each ray walks alone; a kernel for each stage",
-                "1,024 invocations",
-                "64 bits, 1 ns a tick",
+                "storage buffer loads; single-ray traversal; one kernel per stage",
+                "workgroups of up to 1,024",
+                "64 bits, 1 ns per tick",
             ],
         ]) {
             for part in parts {

@@ -82,7 +82,7 @@ fn make(
             let mut rendered = draw(&subject.scene, &picture.settings, &picture.name)?;
             if rendered.done < 1.0 {
                 return Err(Failure::Interrupted(format!(
-                    "interrupted: {} of {total} pictures are saved in {}; no contact sheet",
+                    "interrupted: {} of {total} pictures are in {}; no contact sheet",
                     entries.len(),
                     args.output.display(),
                 )));

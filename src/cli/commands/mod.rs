@@ -6,6 +6,7 @@ pub mod compare;
 pub mod devices;
 pub mod gallery;
 pub mod generate;
+mod manual;
 pub mod render;
 pub mod plan;
 pub mod profile;
@@ -31,6 +32,8 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
             compare::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
         }
         Command::Calibrate(args) => calibrate::run(args, &mut Console::new(args.verbosity)),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::man(args),
         Command::Stress(args) => stress::run(args, &mut Console::new(args.verbosity)),
     }
 }

@@ -6,12 +6,11 @@ use crate::cli::console::{self, Console};
 use crate::cli::delivery::{settings, write_json};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
-use crate::plan::Plan;
-use crate::plan::explain::explain;
 use crate::plan::predicted_time::{Model, Unpredictable, Work};
 use crate::plan::tiles::tiles;
+use crate::plan::{Plan, Purpose};
 use crate::prepare::Packed;
-use crate::render::{RenderError, Renderer, Share};
+use crate::render::{Prepared, RenderError, Renderer, Trial};
 use crate::report::Report;
 use crate::report::explain::{self, Outline, Refused};
 use crate::report::prediction::Prediction;
@@ -20,7 +19,7 @@ use crate::settings::Settings;
 use anyhow::Context;
 use std::path::Path;
 
-/// Tells what a render needs.
+/// Prints what a render needs.
 pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     if let Some(path) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
@@ -31,24 +30,19 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
-    let (settings, warnings) = renderer.trusted(&asked);
-    renderer.check_precision(&settings)?;
-    let packed = renderer.pack(&scene, &settings, false);
-    let limits = renderer.device().limits();
-    let planned = Plan::new(&packed, &settings, &limits);
     let file = args.scene.display().to_string();
-    let device = renderer.device().info();
-    let mut outline = explain(&file, &device, &packed, &settings, &limits, planned.as_ref().ok());
+    let built = renderer.build(&scene, &asked, Purpose::Image)?;
+    let (mut outline, warnings) = (renderer.explain(&built, &file), built.warnings().to_vec());
     let mut failure = None;
-    match planned {
+    match built.planned.plan() {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
         Ok(plan) => {
-            let foretold = match earlier {
+            let reported = match earlier {
                 Some(report) => {
-                    check(&report, &outline, &packed)?;
-                    let from = of_report(&report, &plan, &settings);
+                    check(&report, &outline, &built.planned.packed)?;
+                    let from = of_report(&report, plan, &built.planned.settings);
                     if let Err(why) = &from {
-                        console.say(&format!("{why}: a trial instead"));
+                        console.say(&format!("{why}: running a trial instead"));
                     }
                     from.ok()
                 }
@@ -56,17 +50,19 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             };
             let style = Style::choose(console.is_quiet(), console.is_verbose());
             let mut progress = Progress::new(style, "trial");
-            let time = match foretold {
-                None if !args.no_trial => match trial(&mut renderer, &scene, &asked, &mut progress) {
-                    Ok(time) => Some(Prediction { start: time.start.map(|s| s + scene_seconds), ..time }),
-                    Err(error) => {
-                        failure = Some(error);
-                        None
+            outline.time = match reported {
+                None if !args.no_trial => {
+                    let prepared = renderer.prepare_built(&scene, built).map_err(Failure::from);
+                    match prepared.and_then(|mut p| trial(&mut p, &mut progress)) {
+                        Ok(time) => Some(Prediction { start: time.start.map(|s| s + scene_seconds), ..time }),
+                        Err(error) => {
+                            failure = Some(error);
+                            None
+                        }
                     }
-                },
+                }
                 known => known,
             };
-            outline.time = time;
         }
     }
     outline.refused = failure.as_ref().map(|f| Refused { message: f.message(), exit_code: f.exit_code() });
@@ -85,38 +81,34 @@ fn report(path: &Path) -> Result<Report, Failure> {
     Ok(report)
 }
 
-/// Refuses a report whose times are of something else.
+/// Rejects a report of another device, scene or precision.
 fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure> {
     let counts = [packed.found.triangles, packed.found.spheres, packed.found.lights];
     let then = [report.scene.triangles, report.scene.spheres, report.scene.lights];
     let differs = if report.device.name != now.device.name {
-        Some(format!("device, `{}`", report.device.name))
+        Some(format!("device ({})", report.device.name))
     } else if counts != then {
-        Some(format!("scene, {}", report.scene.file))
+        Some(format!("scene ({})", report.scene.file))
     } else if report.settings.precision != now.settings.precision {
-        Some(format!("precision, {}", report.settings.precision))
+        Some(format!("precision ({})", report.settings.precision))
     } else {
         None
     };
     match differs {
-        Some(what) => Err(Failure::Usage(format!("--from is of another {what}; leave it out for a trial"))),
+        Some(what) => Err(Failure::Usage(format!(
+            "the report of --from has a different {what}; leave out --from to run a trial"
+        ))),
         None => Ok(()),
     }
 }
 
-/// The time of the planned render after a report of another.
+/// Predicts the planned render from the report of another.
 fn of_report(report: &Report, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
-    if report.plan.known_shapes != (plan.specialisation.few_known != 0) {
-        let so = if report.plan.known_shapes { "constants of" } else { "buffers for" };
-        return Err(Unpredictable(format!(
-            "the report's shapes were {so} its kernels, which is otherwise here"
-        )));
-    }
     predict(&Model::of_report(report)?, plan, settings)
 }
 
 /// The time of the planned render after a model.
-pub(super) fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
+fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result<Prediction, Unpredictable> {
     let [x0, y0, x1, y1] = settings.region();
     let pixels = u64::from(x1 - x0) * u64::from(y1 - y0);
     let tiles = tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
@@ -124,38 +116,15 @@ pub(super) fn predict(model: &Model, plan: &Plan, settings: &Settings) -> Result
     model.predict(&Work { plan, pixels, samples: pixels * u64::from(settings.samples), batches })
 }
 
-/// Traces a share of the image and foretells the whole.
-pub(super) fn trial(
-    renderer: &mut Renderer,
-    scene: &Scene,
-    settings: &Settings,
-    progress: &mut Progress,
-) -> Result<Prediction, Failure> {
-    let mut share = Share::new(renderer, scene, settings)?;
-    let (settings, _) = renderer.trusted(settings);
-    let model = share.model(progress)?.context("the trial was cut short")?;
-    let mut time = predict(&model, share.plan(), &settings).context("the trial was cut short")?;
-    time.start = Some((share.built + share.prepared).as_secs_f64());
+/// Traces some bands of the image and predicts the time of the whole.
+pub(super) fn trial(prepared: &mut Prepared, progress: &mut Progress) -> Result<Prediction, Failure> {
+    let start = prepared.seconds();
+    let mut trial = Trial::new(prepared);
+    let model = trial.model(progress)?.context("the trial was cut short")?;
+    let mut time =
+        predict(&model, prepared.plan(), prepared.settings()).context("the trial was cut short")?;
+    time.start = Some(start);
     Ok(time)
-}
-
-/// What `render --receipt` sets its result beside: the plan and the time foretold.
-pub(super) fn before(
-    renderer: &mut Renderer,
-    file: &Path,
-    scene: &Scene,
-    asked: &Settings,
-    style: Style,
-) -> Result<Outline, Failure> {
-    let time = trial(renderer, scene, asked, &mut Progress::new(style, "trial"))?;
-    let (settings, _) = renderer.trusted(asked);
-    let packed = renderer.pack(scene, &settings, false);
-    let limits = renderer.device().limits();
-    let plan = Plan::new(&packed, &settings, &limits).map_err(RenderError::from)?;
-    let device = renderer.device().info();
-    let file = file.display().to_string();
-    let outline = explain(&file, &device, &packed, &settings, &limits, Some(&plan));
-    Ok(Outline { time: Some(time), ..outline })
 }
 
 fn tell(args: &PlanArgs, outline: &Outline, console: &mut Console) -> Result<(), Failure> {

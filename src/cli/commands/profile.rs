@@ -10,7 +10,7 @@ use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::profile::{self, Profile};
 use crate::plan::Plan;
 use crate::plan::{memory_traffic, passes};
-use crate::render::{RenderError, Rendered, Renderer};
+use crate::render::{Prepared, Rendered, Renderer};
 use crate::report::Report;
 use crate::report::table;
 use crate::report::timeline::{self, Dispatched, FrameTrace, Phase, Submit};
@@ -20,7 +20,7 @@ use anyhow::{Context, anyhow};
 use std::path::Path;
 use std::time::Instant;
 
-/// Renders several times and tells where the time goes.
+/// Renders several times and prints where the time goes.
 pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     check(args)?;
     let begin = Instant::now();
@@ -33,39 +33,34 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
     phases.push(Phase::since("open device", begin));
 
     let style = Style::choose(console.is_quiet(), console.is_verbose());
-    let mut draw = |renderer: &mut Renderer, name: &str| {
+    let mut prepared = renderer.prepare(&scene, &settings)?;
+    let mut draw = |prepared: &mut Prepared, name: &str| {
         let begin = Instant::now();
-        let rendered = renderer.render_with(&scene, &settings, &mut Progress::new(style, name))?;
+        let rendered = prepared.render_with(&mut Progress::new(style, name))?;
         if rendered.done < 1.0 {
-            return Err(Failure::Interrupted("interrupted; nothing is told of a part".into()));
+            return Err(Failure::Interrupted("interrupted: no profile".into()));
         }
-        let FrameTrace { phases: inner, submits } = renderer.take_trace();
+        let FrameTrace { phases: inner, submits } = prepared.take_trace();
         phases.push(Phase::since(name, begin));
         phases.extend(inner);
         Ok::<_, Failure>((rendered, submits))
     };
-    let (first, _) = draw(&mut renderer, "warm-up")?;
+    let (first, _) = draw(&mut prepared, "warm-up")?;
     let mut runs: Vec<Report> = Vec::new();
     for run in 1..=args.repeats {
-        runs.push(draw(&mut renderer, &format!("run {run}"))?.0.report);
+        runs.push(draw(&mut prepared, &format!("run {run}"))?.0.report);
     }
-    let precision = match first.report.settings.precision == Precision::Double.name() {
-        true => Precision::Double,
-        false => settings.precision,
-    };
-    let used = Settings { precision, ..settings.clone() };
-    let plan = Plan::new(&renderer.pack(&scene, &used, false), &used, &renderer.device().limits())
-        .map_err(RenderError::from)?;
+    let (plan, precision) = (prepared.plan().clone(), prepared.settings().precision);
     if let Some(path) = &args.trace {
-        renderer.keep_submits(true);
-        let (rendered, submits) = draw(&mut renderer, "traced frame")?;
+        prepared.keep_submits(true);
+        let (rendered, submits) = draw(&mut prepared, "traced frame")?;
         let begin = Instant::now();
         encode(&rendered)?;
         phases.push(Phase::since("encode image (PNG)", begin));
         write_trace(path, started, &rendered.report.device.name, &phases, &submits, &plan, precision)?;
     }
     let mut profile = Profile::new(&runs, &first.report.time, &plan, precision)
-        .ok_or_else(|| anyhow!("the device's times are not numbers"))?;
+        .ok_or_else(|| anyhow!("the device reported times that are not numbers"))?;
     let report = &mut profile.report;
     report.time.wall = started.elapsed().as_secs_f64();
     tell(args, &profile, console)
@@ -98,7 +93,7 @@ fn settings(args: &ProfileArgs, scene: &Scene) -> Settings {
     settings
 }
 
-/// What `render` would do with the image, but for the disk.
+/// Encodes the image as `render` does, without writing it.
 fn encode(rendered: &Rendered) -> Result<(), Failure> {
     let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
     let metadata = Metadata::of(&rendered.report, rendered.done);

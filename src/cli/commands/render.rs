@@ -12,6 +12,7 @@ use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
 use crate::render::{Renderer, Unfinished};
 use crate::report::Report;
+use crate::report::explain::Outline;
 use crate::report::receipt;
 use crate::scene::Scene;
 use std::io::{self, IsTerminal};
@@ -35,14 +36,19 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
-        true => Some(plan::before(&mut renderer, &args.scene, &scene, &settings, style)?),
+        true => {
+            let time = plan::trial(&mut prepared, &mut Progress::new(style, "trial"))?;
+            let outline = prepared.explain(&args.scene.display().to_string());
+            Some(Outline { time: Some(time), ..outline })
+        }
         false => None,
     };
     let mut progress = Progress::new(style, "rendering");
     let rendered = match earlier {
-        Some(earlier) => renderer.resume(&scene, &settings, earlier, &mut progress),
-        None => renderer.render_with(&scene, &settings, &mut progress),
+        Some(earlier) => prepared.resume(earlier, &mut progress),
+        None => prepared.render_with(&mut progress),
     };
     drop(progress);
     let mut rendered = rendered.map_err(|error| match &state {
@@ -52,14 +58,22 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {
-        let mut progress = Progress::new(style, "measuring what is absent");
-        let receipt = measure(&mut renderer, &scene, &settings, outline, &rendered.report, &mut progress);
+        let mut say = |what: &str| console.say(&format!("receipt: measuring {what}"));
+        let receipt = measure(
+            &mut renderer,
+            &scene,
+            &mut prepared,
+            outline,
+            &rendered.report,
+            &mut say,
+            &progress::interrupted,
+        );
         match receipt {
             Ok(receipt) => {
                 wrong = receipt.wrong();
                 rendered.report.receipt = Some(receipt);
             }
-            Err(ReceiptError::Interrupted) => console.say("interrupted: there is no receipt"),
+            Err(ReceiptError::Interrupted) => console.say("interrupted: no receipt"),
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
@@ -72,7 +86,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     }
     if !wrong.is_empty() {
         return Err(Failure::Other(anyhow::anyhow!(
-            "the image differs from that of general kernels with {}: please report this",
+            "the image changes with {} switched on, which is a bug: please report it",
             wrong.join(", ")
         )));
     }
@@ -82,7 +96,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     validated(&renderer.validation_messages(), console)
 }
 
-/// Where an interrupted render is kept; nowhere for standard output.
+/// The state file of an interrupted render; none for standard output.
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
@@ -90,14 +104,18 @@ fn state_file(args: &RenderArgs) -> Option<StateFile> {
     }
 }
 
-/// Checks what can be checked before the work: the image's format, and that the files can be written.
+/// Checks, before the work starts, the image's format and that the files can be written.
 fn check(args: &RenderArgs) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
-            return Err(Failure::Usage("-o - would write a PNG to the terminal: redirect or pipe it".into()));
+            return Err(Failure::Usage(
+                "-o - would write a PNG to the terminal: redirect standard output or name a file".into(),
+            ));
         }
         Output::Stdout if args.resume => {
-            return Err(Failure::Usage("--resume needs an image file; -o - keeps no state".into()));
+            return Err(Failure::Usage(
+                "--resume needs an image file, but -o - writes to standard output".into(),
+            ));
         }
         Output::Stdout => Format::Png(Bits::Eight),
         Output::File(path, format) => {
@@ -114,14 +132,12 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     }
     match (args.bits.as_deref(), format) {
         (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
-        (Some(_), Format::Exr | Format::Hdr) => {
-            Err(Failure::Usage("--bits is for PNG; EXR and HDR have their own precision".into()))
-        }
+        (Some(_), Format::Exr | Format::Hdr) => Err(Failure::Usage("--bits applies to PNG only".into())),
         _ => Ok(format),
     }
 }
 
-/// Keeps what is finished for `--resume`, and says how far it is.
+/// Stores finished tiles for `--resume` and describes the progress.
 fn interrupted(
     report: &Report,
     done: f64,
@@ -132,12 +148,12 @@ fn interrupted(
         (Some(state), Some(mut unfinished)) => {
             unfinished.time = report.time.clone();
             state.save(|out| unfinished.write(out))?;
-            format!("go on with --resume (from {})", state.path().display())
+            format!("continue with --resume (state in {})", state.path().display())
         }
-        _ => "nothing is kept to resume from, as no tile is finished".into(),
+        _ => "it cannot be resumed, since no tile is finished".into(),
     };
     Ok(Failure::Interrupted(format!(
-        "interrupted: {:.1} % of the work is done and saved in {}; {then}",
+        "interrupted: {:.1} % of the work is done, the image so far is in {}; {then}",
         100.0 * done,
         report.image.file
     )))

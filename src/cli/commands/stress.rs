@@ -7,31 +7,31 @@ use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
 use crate::cli::progress;
 use crate::lab::stress::page::{self, Outcome, Page, PageError};
-use crate::lab::stress::{Case, Harness, cases};
+use crate::lab::stress::{Case, Figure, Harness, cases};
 use crate::render::Renderer;
 use crate::report::DeviceInfo;
 use crate::report::table::{Align, Table};
 use crate::settings::DeviceChoice;
+use crate::units::seconds;
 use anyhow::Context;
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
-/// One case's outcome.
+/// The result of one case.
 #[derive(Debug, Serialize)]
 struct Row {
     name: &'static str,
     does: &'static str,
     stands_for: &'static str,
     derivation: &'static str,
-    figure: f64,
-    bound: f64,
-    unit: String,
+    #[serde(flatten)]
+    figure: Figure,
     passed: bool,
     seconds: f64,
 }
 
-/// The whole run.
+/// The results of a run.
 #[derive(Debug, Serialize)]
 struct StressReport {
     device: DeviceInfo,
@@ -39,7 +39,7 @@ struct StressReport {
     cases: Vec<Row>,
 }
 
-/// Runs the cases; the table goes to standard output. Fails if any case does.
+/// Runs the cases and prints their results. Fails if any case does.
 pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     let chosen = choose(&args.only)?;
     if args.list {
@@ -61,24 +61,22 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     for case in chosen {
         if progress::interrupted() {
             print(&text(&report))?;
-            return Err(Failure::Interrupted(format!("stopped after {} cases", report.cases.len())));
+            return Err(Failure::Interrupted(format!("interrupted after {} cases", report.cases.len())));
         }
         let start = Instant::now();
-        let mut harness = Harness::new(&mut renderer, args.precision, None);
+        let mut harness = Harness::new(&mut renderer, args.precision);
         let figure = (case.run)(&mut harness)?;
         let row = Row {
             name: case.name,
             does: case.does,
             stands_for: case.stands_for,
             derivation: case.bound,
-            figure: figure.value,
-            bound: figure.bound,
             passed: figure.passes(),
-            unit: figure.unit,
+            figure,
             seconds: start.elapsed().as_secs_f64(),
         };
         if console.is_verbose() {
-            console.say(&format!("{}: {} ({:.2} s)", row.name, verdict(&row), row.seconds));
+            console.say(&format!("{}: {} ({})", row.name, verdict(&row), seconds(row.seconds)));
         }
         report.cases.push(row);
     }
@@ -108,7 +106,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
         return Err(anyhow::anyhow!("{failed} of {} cases failed", report.cases.len()).into());
     }
     if !renderer.validation_messages().is_empty() {
-        return Err(anyhow::anyhow!("the validation layer has objections").into());
+        return Err(anyhow::anyhow!("the validation layer reported errors").into());
     }
     Ok(())
 }
@@ -119,10 +117,7 @@ impl Row {
             name: self.name,
             stands_for: self.stands_for,
             derivation: self.derivation,
-            figure: self.figure,
-            bound: self.bound,
-            unit: self.unit.clone(),
-            passed: self.passed,
+            figure: self.figure.clone(),
         }
     }
 }
@@ -135,7 +130,7 @@ fn page_failure(error: PageError) -> Failure {
     }
 }
 
-/// The pictures first, so that the page never names one that is not there.
+/// Writes the pictures, then the page that refers to them.
 fn save(path: &Path, page: &Page) -> Result<(), Failure> {
     for (name, svg) in &page.pictures {
         write(&path.with_file_name(name), svg)?;
@@ -152,7 +147,7 @@ fn choose(only: &[String]) -> Result<Vec<Case>, Failure> {
     let all = cases();
     if let Some(unknown) = only.iter().find(|name| !all.iter().any(|c| c.name == name.as_str())) {
         let names: Vec<&str> = all.iter().map(|c| c.name).collect();
-        return Err(Failure::Usage(format!("there is no case `{unknown}`; there are {}", names.join(", "))));
+        return Err(Failure::Usage(format!("unknown case `{unknown}`; the cases are {}", names.join(", "))));
     }
     Ok(all.into_iter().filter(|c| only.is_empty() || only.iter().any(|n| n == c.name)).collect())
 }
@@ -162,26 +157,13 @@ fn verdict(row: &Row) -> &'static str {
 }
 
 fn text(report: &StressReport) -> String {
-    use Align::{Left, Right};
-    let mut table =
-        Table::new(&[("case", Left), ("", Left), ("figure", Right), ("bound", Right), ("what", Left)]);
+    let mut table = Table::new(&[("case", Align::Left), ("", Align::Left), ("result", Align::Left)]);
     for row in &report.cases {
-        table.row([
-            row.name.into(),
-            verdict(row).into(),
-            number(row.figure),
-            number(row.bound),
-            row.unit.clone(),
-        ]);
+        table.row([row.name.into(), verdict(row).into(), row.figure.to_string()]);
     }
     let d = &report.device;
     format!(
         "{} ({}), {}, Vulkan {}; precision {}\n\n{table}",
         d.name, d.kind, d.driver, d.api, report.precision
     )
-}
-
-/// Whole counts plainly, other numbers with three digits.
-fn number(x: f64) -> String {
-    if x.fract() == 0.0 && x.abs() < 1e9 { format!("{x}") } else { format!("{x:.2e}") }
 }

@@ -11,10 +11,10 @@ use crate::render::{Observer, Renderer};
 use crate::report::table::{Align, Table};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
-use crate::units::seconds;
+use crate::units::{figure, seconds};
 use anyhow::Context;
 
-/// Runs a sweep; what it found in short goes to standard output.
+/// Runs a sweep and prints the Pareto front.
 pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
     let scene = Scene::load(&args.scene)?;
     // The grid is checked before the device is opened: a mistake in it costs nothing.
@@ -45,23 +45,23 @@ pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
     let record = sweep(&mut renderer, &plan, &mut Shown(console)).map_err(|error| match error {
         SweepError::Render(error) => error.into(),
         SweepError::Stopped => Failure::Interrupted(format!(
-            "interrupted: what is finished is in {}; the same command goes on from there",
+            "interrupted: finished settings are in {}; the same command continues from there",
             args.output.display()
         )),
         other => Failure::Other(anyhow::Error::new(other)),
     })?;
-    console.say(&format!("{}: {} points", args.output.join("sweep.json").display(), record.rows.len()));
+    console.say(&format!("{}: {} settings", args.output.join("sweep.json").display(), record.rows.len()));
     print(&text(&record))
 }
 
-/// The axes without what the device cannot do, where `all` was asked for.
+/// The axes; where `all` values were asked for, without those that the device does not support.
 fn within(axes: &[Axis], double: bool, console: &mut Console) -> Vec<Axis> {
     let mut axes = axes.to_vec();
     for axis in axes.iter_mut().filter(|a| a.all && !double) {
         let before = axis.values.len();
         axis.values.retain(|v| *v != Value::Precision(Precision::Double));
         if axis.values.len() < before {
-            console.say("warning: this device has no double precision; precision f64 is left out");
+            console.say("warning: this device has no f64; precision=f64 is left out");
         }
     }
     axes
@@ -79,25 +79,30 @@ impl Watch for Shown<'_> {
     }
 }
 
-/// The front, and the cheapest point for each error.
+/// The Pareto front, the fastest setting for each error, and the truth's own error.
 fn text(record: &Record) -> String {
     use Align::{Left, Right};
-    let scientific = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.2e}"));
-    let mut front = Table::new(&[("no point is faster and better", Left), ("time", Right), ("RMSE", Right)]);
+    let error = |x: Option<f64>| x.map_or("-".into(), figure);
+    let mut front =
+        Table::new(&[("Pareto front (lowest error for the time)", Left), ("time", Right), ("RMSE", Right)]);
     for row in record.front.iter().filter_map(|name| record.rows.iter().find(|r| r.name == *name)) {
-        front.row([row.name.clone(), seconds(row.seconds()), scientific(row.rmse())]);
+        front.row([row.name.clone(), seconds(row.seconds()), error(row.rmse())]);
     }
-    let mut cheapest = Table::new(&[("RMSE at most", Right), ("cheapest point", Left), ("time", Right)]);
+    let mut cheapest = Table::new(&[("RMSE at most", Right), ("fastest setting", Left), ("time", Right)]);
     for c in &record.cheapest {
         cheapest.row([
-            c.error.to_string(),
+            figure(c.error),
             c.name.clone().unwrap_or("none".into()),
             c.seconds.map_or("-".into(), seconds),
         ]);
     }
     let truth = record.truth.as_ref().map_or(String::new(), |t| {
-        let hidden = t.truncation.as_ref().map_or("unknown".into(), |h| format!("at most {:.1e}", h.rms));
-        format!("truth: standard error {:.1e}, hidden beyond its depth {hidden} (RMSE)\n", t.standard_error)
+        let hidden = match t.truncation.as_ref().map(|h| h.rms) {
+            None => "unknown".into(),
+            Some(0.0) => "0".into(),
+            Some(rms) => format!("at most {}", figure(rms)),
+        };
+        format!("truth: standard error {}, truncation {hidden} (RMSE)\n", figure(t.standard_error))
     });
     format!("{front}\n{cheapest}\n{truth}")
 }

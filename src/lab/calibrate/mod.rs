@@ -1,122 +1,38 @@
-//! How often the promises are kept: images with a budget, to an error and in a time, over seeds and scenes,
-//! each judged by a truth of its own.
+//! Measures how often the error bounds of `--budget` and `--error` and the time limit of `--time` hold, over
+//! scenes and seeds. Every image is compared with a truth: the same scene in f64 with many more samples.
 
 mod page;
+mod record;
 mod share;
 mod trials;
 mod truth;
 
+pub use record::{BudgetRow, Calibration, ErrorRow, Plan, SceneCalibration, TimeRow};
 pub use share::{Aim, Share, Verdict};
 pub use trials::{BudgetTrial, ErrorTrial, TimeTrial, Uniform};
 pub use truth::{Sought, Truth, TruthInfo, find};
 
 use crate::accuracy::radiance_bound::radiance_limit;
 use crate::render::{Observer, RenderError, Renderer};
-use crate::report::DeviceInfo;
 use crate::scene::Scene;
 use crate::settings::Settings;
-use serde::Serialize;
 use trials::Bench;
 
-/// What is measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Plan {
-    /// Pixels of every image.
-    pub width: u32,
-    /// Pixels of every image.
-    pub height: u32,
-    /// Trials of `--budget` and `--error` for each scene and setting; their seeds are 1, 2, ...
-    pub seeds: u32,
-    /// Runs that are timed, of each promise.
-    pub runs: u32,
-    /// Samples a pixel for `--budget`.
-    pub samples: Vec<u32>,
-    /// Errors for `--error`.
-    pub errors: Vec<f64>,
-    /// Seconds for `--time`.
-    pub times: Vec<f64>,
-    /// Confidence of all promises.
-    pub confidence: f64,
-}
-
-/// `--budget` at one number of samples.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BudgetRow {
-    /// A pixel.
-    pub samples: u32,
-    /// One a seed.
-    pub trials: Vec<BudgetTrial>,
-    /// Intervals of edge pixels that hold the truth, with 16 replicates; none where those are too few samples.
-    pub pixels: Share,
-}
-
-/// `--error` at one error.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ErrorRow {
-    /// Asked for.
-    pub target: f64,
-    /// One a seed.
-    pub trials: Vec<ErrorTrial>,
-    /// What a plain render takes for it.
-    pub uniform: Uniform,
-}
-
-/// `--time` at one time.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TimeRow {
-    /// Seconds asked for.
-    pub asked: f64,
-    /// One a run.
-    pub trials: Vec<TimeTrial>,
-}
-
-/// One scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SceneCalibration {
-    /// Its file.
-    pub name: String,
-    /// Its own depth, at which its budgets are.
-    pub depth: u32,
-    /// Paths followed to their ends.
-    pub truth: Option<TruthInfo>,
-    /// Paths of its own depth.
-    pub truth_at_depth: Option<TruthInfo>,
-    /// `--budget`.
-    pub budget: Vec<BudgetRow>,
-    /// `--error`.
-    pub error: Vec<ErrorRow>,
-    /// `--time`.
-    pub time: Vec<TimeRow>,
-}
-
-/// Everything measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Calibration {
-    /// On which device.
-    pub device: DeviceInfo,
-    /// What was to be measured.
-    pub plan: Plan,
-    /// By scene.
-    pub scenes: Vec<SceneCalibration>,
-    /// False if it was cancelled: then less was measured than planned.
-    pub complete: bool,
-}
-
-/// Standard error of a truth, as a share of the smallest error it judges.
+/// Standard error of a truth / the smallest error that is compared with it.
 const TRUTH_SHARE: f64 = 0.1;
-/// Share of the error asked for that is taken to be reached, when the truth is sought: images are better
-/// than they promise.
+/// Expected true error / error asked for: images are better than their bound. Determines how good the truth has
+/// to be.
 const REACHED_SHARE: f64 = 0.5;
-/// Rays that one truth may take: some ten seconds of a software device.
+/// Most rays of one truth: some ten seconds on a CPU driver.
 const TRUTH_RAYS: f64 = 2e7;
-/// Share of the seeds in which a plain render has to be as good, to be as good.
+/// Share of the seeds for which a uniform render must reach the error.
 const UNIFORM_SHARE: f64 = 0.95;
-/// Most seeds that it is chosen by.
+/// Most seeds that the uniform render is tried with.
 const UNIFORM_SEEDS: u32 = 20;
-/// Seed of runs that are not counted: they compile kernels, and tell how small the errors will be.
+/// Seed of warm-up runs, which compile kernels and estimate errors.
 const WARM_SEED: u32 = 0;
 
-/// Progress in trials; the renders' own is not shown.
+/// Progress in trials; the progress of single renders is not shown.
 struct Steps<'a> {
     observer: &'a mut dyn Observer,
     done: u64,
@@ -139,7 +55,7 @@ impl Observer for Steps<'_> {
 }
 
 impl Plan {
-    /// Trials of one scene, its truths counted as [`Plan::runs`] each.
+    /// Steps of one scene: its trials, and each truth as [`Plan::runs`] steps.
     fn steps(&self) -> u64 {
         let seeded = self.samples.len() as u64 + 2 * self.errors.len() as u64;
         let timed = self.times.len() as u64 + self.errors.len() as u64 + 2;
@@ -148,7 +64,8 @@ impl Plan {
 }
 
 impl Calibration {
-    /// Measures all scenes, each with its name. What there is when `observer` cancels is kept.
+    /// Measures all scenes, given with their names. If `observer` cancels, the result is incomplete. `say` gets
+    /// the name of each scene when it begins.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -185,7 +102,7 @@ impl Calibration {
 }
 
 impl SceneCalibration {
-    /// `None` if it was cancelled.
+    /// Fills the rows; `None` if cancelled.
     fn measure(
         &mut self,
         renderer: &mut Renderer,
@@ -264,7 +181,7 @@ fn budget(
         row.trials.push(BudgetTrial::of(&known, seed, truth, at_depth));
         steps.step(1);
     }
-    // As many pixels as there are edges: few images are enough.
+    // Each image has many edge pixels, so few images suffice.
     if row.samples.is_multiple_of(16) {
         for seed in 1..=plan.runs.min(plan.seeds) {
             let Some(share) = bench.pixels(seed, row.samples, at_depth, steps)? else { return Ok(None) };
@@ -300,7 +217,7 @@ fn error(
     row.uniform.seeds = seeds;
     row.uniform.samples = enough(&declines, target);
     let Some(samples) = row.uniform.samples else { return Ok(Some(())) };
-    // In turn, so that whatever slows the device slows both.
+    // In turn, so that a slower device slows both.
     for seed in 1..=plan.runs {
         let settings = Settings { seed, ..used.clone() };
         let Some((seconds, rays)) = bench.plain(&settings, samples, steps)? else { return Ok(None) };
@@ -313,8 +230,8 @@ fn error(
     Ok(Some(()))
 }
 
-/// The fewest samples from which on nearly all seeds are below `target`: their errors by rising count, each
-/// list ending where it stays below.
+/// The smallest sample count from which nearly all seeds stay within `target`. `declines` holds, per seed, the
+/// errors at rising sample counts, up to where they stay within it.
 fn enough(declines: &[Vec<f64>], target: f64) -> Option<u32> {
     let counts = trials::counts();
     let good = |at: usize| {
@@ -334,7 +251,7 @@ fn time(
     truth: &Truth,
     steps: &mut Steps<'_>,
 ) -> Result<Option<()>, RenderError> {
-    // Kernels are warm from then on.
+    // Compiles the kernels.
     if bench.time(WARM_SEED, row.asked, truth, steps)?.is_none() {
         return Ok(None);
     }

@@ -1,9 +1,9 @@
-//! How often something held, and what that says of a promise to hold with a confidence.
+//! How often a bound held, compared with how often its confidence says it should.
 
 use crate::accuracy::interval::{self, Interval};
 use serde::Serialize;
 
-/// Held in `kept` of `of` trials.
+/// A bound that held in `kept` out of `of` trials.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Share {
     /// Trials in which it held.
@@ -12,43 +12,43 @@ pub struct Share {
     pub of: u64,
 }
 
-/// Where a share lies.
+/// A share compared with its [`Aim`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Nothing was tried.
+    /// No trial.
     Untried,
-    /// Less often than promised.
+    /// Held less often than claimed.
     Below,
-    /// As often as promised.
+    /// Held as often as claimed.
     Within,
-    /// More often than that: the bound is wider than it need be.
+    /// Held more often: the bound is wider than necessary.
     Above,
 }
 
-/// The range that a share ought to lie in.
+/// The range in which a share should lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aim {
     /// Least share.
     pub low: f64,
-    /// Greatest share; 1 where more is as good.
+    /// Greatest share; 1 if the bound may always hold.
     pub high: f64,
 }
 
 impl Aim {
-    /// For a bound that is to hold with `confidence`, neither less often nor nearly always: at 95 %, from
-    /// 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the risk left).
+    /// For a bound that should hold with `confidence`, neither less often nor nearly always: at 95 %, from
+    /// 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the allowed failures).
     pub fn of(confidence: f64) -> Aim {
         let risk = 1.0 - confidence;
         Aim { low: 1.0 - 1.3 * risk, high: 1.0 - 0.2 * risk }
     }
 
-    /// For a bound part of which is a certificate: it may hold always.
+    /// For a bound that is partly not statistical and may always hold.
     pub fn at_least(confidence: f64) -> Aim {
         Aim { high: 1.0, ..Aim::of(confidence) }
     }
 
-    /// Where the share itself lies.
+    /// Compares the share itself, whatever the number of trials.
     pub fn judge(&self, share: Share) -> Verdict {
         match share.value() {
             x if x.is_nan() => Verdict::Untried,
@@ -58,18 +58,18 @@ impl Aim {
         }
     }
 
-    /// True if so few trials cannot tell the share from one within the aim.
+    /// True if the confidence interval of the share overlaps the aim.
     pub fn may_be_chance(&self, share: Share) -> bool {
         let Interval { low, high, .. } = share.interval();
         low <= self.high && high >= self.low
     }
 
-    /// True if the share is below the aim, and not by chance.
+    /// True if the share is significantly below the aim.
     pub fn missed(&self, share: Share) -> bool {
         self.judge(share) == Verdict::Below && !self.may_be_chance(share)
     }
 
-    /// In words: `aim 93.5-99 %: above?`; a question mark where it may be chance.
+    /// For people: `aim 93.5-99 %: above?`, with a question mark if it may be chance.
     pub fn say(&self, share: Share) -> String {
         let percent = |x: f64| crate::units::number((x * 1e4).round() / 100.0);
         let aim = match self.high < 1.0 {
@@ -77,7 +77,7 @@ impl Aim {
             false => format!("aim {} % or more", percent(self.low)),
         };
         let word = match self.judge(share) {
-            Verdict::Untried => return format!("{aim}: not tried"),
+            Verdict::Untried => return format!("{aim}: no trial"),
             Verdict::Within => return format!("{aim}: within"),
             Verdict::Below => "BELOW",
             Verdict::Above => "above",
@@ -95,17 +95,17 @@ impl Share {
             .fold(Share::default(), |s, held| Share { kept: s.kept + u64::from(held), of: s.of + 1 })
     }
 
-    /// Of both.
+    /// The trials of both together.
     pub fn plus(self, other: Share) -> Share {
         Share { kept: self.kept + other.kept, of: self.of + other.of }
     }
 
-    /// As a number from 0 to 1; NaN of none.
+    /// From 0 to 1; NaN without trials.
     pub fn value(&self) -> f64 {
         self.kept as f64 / self.of as f64
     }
 
-    /// 95 % interval of the share that many more trials would show.
+    /// 95 % confidence interval of the true share (Wilson).
     pub fn interval(&self) -> Interval {
         interval::wilson(self.value(), u32::try_from(self.of).unwrap_or(u32::MAX), 0.95)
     }
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(said(20, 20), "aim 93.5-99 %: above?");
         assert_eq!(said(18, 20), "aim 93.5-99 %: BELOW?");
         assert_eq!(said(900, 1000), "aim 93.5-99 %: BELOW");
-        assert_eq!(said(0, 0), "aim 93.5-99 %: not tried");
+        assert_eq!(said(0, 0), "aim 93.5-99 %: no trial");
         assert!(aim.missed(Share { kept: 900, of: 1000 }) && !aim.missed(Share { kept: 18, of: 20 }));
         assert_eq!(Aim::at_least(0.95).say(Share { kept: 20, of: 20 }), "aim 93.5 % or more: within");
     }

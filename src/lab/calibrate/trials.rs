@@ -1,4 +1,4 @@
-//! One trial of each promise, and the plain render that the second is weighed against.
+//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is compared with.
 
 use super::share::Share;
 use super::truth::Truth;
@@ -10,33 +10,33 @@ use crate::settings::{Precision, Settings};
 use serde::Serialize;
 use std::time::Instant;
 
-/// Replicates that `--budget` takes where nothing else is said, and with a sampling layer.
+/// Default replicates of `--budget`, without and with `--aov sampling`.
 const BUDGET_REPLICATES: u32 = 4;
 const PIXEL_REPLICATES: u32 = 16;
-/// Most samples of a plain render.
+/// Most samples per pixel of a uniform render.
 const MOST_UNIFORM: u32 = 4096;
 
-/// An image with its budget, and how wrong it is.
+/// An image rendered with `--budget`: its bounds and true errors, RMSE.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BudgetTrial {
-    /// Of the sampler.
+    /// Sampler seed.
     pub seed: u32,
-    /// The budget's sum.
+    /// Total bound.
     pub total: f64,
-    /// Its sampling part.
+    /// Sampling part of the bound.
     pub sampling: f64,
-    /// Its truncation part.
+    /// Truncation part of the bound.
     pub truncation: f64,
-    /// Its rounding part, where the device has f64.
+    /// Rounding part of the bound; missing if the device has no f64.
     pub rounding: Option<f64>,
-    /// RMSE against paths followed to their ends.
+    /// True error against complete paths.
     pub error: f64,
-    /// RMSE against paths of the same depth.
+    /// True error against paths of the same depth.
     pub sampling_error: f64,
 }
 
 impl BudgetTrial {
-    /// Judges an image by both truths.
+    /// Compares an image with both truths.
     pub fn of(known: &BoundedImage, seed: u32, truth: &Truth, same_depth: &Truth) -> BudgetTrial {
         let stated = known.report.error.clone().unwrap_or_default();
         BudgetTrial {
@@ -50,35 +50,35 @@ impl BudgetTrial {
         }
     }
 
-    /// The true error lies within the budget.
+    /// True if the error is within the total bound.
     pub fn kept(&self) -> bool {
         self.error <= self.total
     }
 
-    /// The sampling error lies within the sampling part alone, though the image has what rounding did in it too.
+    /// True if the error at equal depth, rounding included, is within the sampling part alone.
     pub fn sampling_kept(&self) -> bool {
         self.sampling_error <= self.sampling
     }
 }
 
-/// An image rendered to an error.
+/// An image rendered with `--error`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ErrorTrial {
-    /// Of the sampler.
+    /// Sampler seed.
     pub seed: u32,
-    /// It says that the error is reached.
+    /// True if it reports success.
     pub met: bool,
-    /// Why not.
+    /// Reason for a failure.
     pub why: Option<String>,
-    /// The error it states.
+    /// The bound it reports, RMSE.
     pub total: f64,
-    /// The true one.
+    /// True error, RMSE.
     pub error: f64,
     /// Seconds from the first submit to the last pixel, the choice of depth and precision included.
     pub seconds: f64,
-    /// Rays traced, without those of the comparison with f64.
+    /// Rays traced, without the comparison with f64.
     pub rays: u64,
-    /// Samples of a pixel in the mean.
+    /// Mean samples per pixel.
     pub samples: f64,
     /// Depth chosen.
     pub depth: u32,
@@ -87,43 +87,43 @@ pub struct ErrorTrial {
 }
 
 impl ErrorTrial {
-    /// The promise was given and the image is as good as that.
+    /// True if it reports success and the true error is within `target`.
     pub fn kept(&self, target: f64) -> bool {
         self.met && self.error <= target
     }
 }
 
-/// The cheapest render with as many samples everywhere that is as good.
+/// The cheapest render with the same number of samples in every pixel that reaches the error.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Uniform {
-    /// Samples of every pixel; `None` if even the most were too few.
+    /// Samples per pixel; `None` if even the most allowed are too few.
     pub samples: Option<u32>,
-    /// Seeds it was chosen by.
+    /// Number of seeds tried.
     pub seeds: u32,
     /// Seconds of each run.
     pub seconds: Vec<f64>,
-    /// Rays of one.
+    /// Rays of one run.
     pub rays: u64,
-    /// Seconds of the runs to that error in between.
+    /// Seconds of the `--error` runs measured in turn.
     pub adaptive_seconds: Vec<f64>,
 }
 
-/// An image rendered in a time.
+/// An image rendered with `--time`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TimeTrial {
-    /// Of the sampler.
+    /// Sampler seed.
     pub seed: u32,
-    /// Seconds it took.
+    /// Wall seconds.
     pub seconds: f64,
-    /// It says that it was in time and sampled every pixel.
+    /// True if it reports that it was in time and sampled every pixel.
     pub met: bool,
-    /// The error it states.
+    /// The bound it reports, RMSE.
     pub total: f64,
-    /// The true one.
+    /// True error, RMSE.
     pub error: f64,
 }
 
-/// What trials are made of.
+/// Renders trials.
 pub(super) struct Bench<'a> {
     pub(super) renderer: &'a mut Renderer,
     pub(super) scene: &'a Scene,
@@ -148,7 +148,7 @@ impl Bench<'_> {
         Ok((!known.cancelled && known.done == 1.0).then_some(known))
     }
 
-    /// `--budget` at so many samples.
+    /// Renders with `--budget`; `None` if cancelled.
     pub(super) fn budget(
         &mut self,
         seed: u32,
@@ -160,7 +160,7 @@ impl Bench<'_> {
         self.render(seed, samples, replicates, Target::Settings, observer)
     }
 
-    /// How many edge pixels' intervals hold the truth, of their widest channels.
+    /// Edge pixels whose confidence interval (of the widest channel) contains the truth.
     pub(super) fn pixels(
         &mut self,
         seed: u32,
@@ -182,7 +182,7 @@ impl Bench<'_> {
         Ok(Some(Share::of((0..image.samples.len()).filter(edge).map(held))))
     }
 
-    /// `--error`.
+    /// Renders with `--error`; `None` if cancelled.
     pub(super) fn error(
         &mut self,
         seed: u32,
@@ -216,7 +216,7 @@ impl Bench<'_> {
         Ok(Some((trial, used)))
     }
 
-    /// `--time`; the clock runs from here.
+    /// Renders with `--time`, counted from this call; `None` if cancelled.
     pub(super) fn time(
         &mut self,
         seed: u32,
@@ -237,7 +237,7 @@ impl Bench<'_> {
         }))
     }
 
-    /// The RMSE of a plain render of ever more samples, until it is below `target` at two counts running.
+    /// RMSE of uniform renders with rising sample counts, until two in a row are within `target`.
     pub(super) fn decline(
         &mut self,
         settings: &Settings,
@@ -265,7 +265,7 @@ impl Bench<'_> {
         Ok(Some(errors))
     }
 
-    /// Seconds and rays of a plain render.
+    /// Seconds and rays of a uniform render; `None` if cancelled.
     pub(super) fn plain(
         &mut self,
         settings: &Settings,
@@ -280,7 +280,7 @@ impl Bench<'_> {
     }
 }
 
-/// Sample counts that plain renders are tried with.
+/// Sample counts of uniform renders: 1, 2, 3, 4, 6, 8, 12, ...
 pub(super) fn counts() -> Vec<u32> {
     let mut all = vec![1, 2, 3];
     while all[all.len() - 1] < MOST_UNIFORM {

@@ -1,5 +1,5 @@
-//! What an image is judged by: the same pixels in f64, sampled until their own standard error is small beside
-//! the errors that are judged.
+//! The truth that images are compared with: the same pixels in f64, sampled until their own standard error is
+//! small compared with the errors of the images.
 
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::pixel_sums::Gathered;
@@ -9,37 +9,37 @@ use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use serde::Serialize;
 
-/// Replicates of the truth: enough that their spread is known well.
+/// Replicates of the truth: enough for a good estimate of its standard error.
 const REPLICATES: u32 = 16;
-/// Samples that every pixel gets, whatever its neighbours look like.
+/// Least samples of a pixel.
 const LEAST_SAMPLES: u32 = 128;
 /// Most samples of a pixel.
 const MOST_SAMPLES: u32 = 1 << 14;
-/// Depths tried where paths are to be followed to their ends.
+/// Depths tried for complete paths.
 const DEPTHS: [u32; 5] = [4, 8, 16, 32, 64];
-/// No deeper from so many rays a sample on.
+/// Depth stops growing at this many rays per sample.
 const MOST_RAYS: f64 = 256.0;
-/// Share of the standard error sought that the cut of paths may come to.
+/// Truncation error allowed / standard error sought.
 const HIDDEN_SHARE: f64 = 0.5;
-/// Share of the same that one ray may hide, where paths are followed to their ends.
+/// Contribution of one untraced ray allowed / standard error sought, for complete paths.
 const WEIGHT_SHARE: f64 = 0.1;
-/// A standard error that no truth need be below: a hundredth of an 8-bit code.
+/// Least standard error sought: a hundredth of an 8-bit code.
 const LEAST_ERROR: f64 = 4e-5;
-/// Seed of every truth, apart from those of the images judged.
+/// Seed of every truth; no image uses it.
 pub const SEED: u32 = 0x7275_7468;
 
-/// What is asked of a truth.
+/// Requirements on a truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sought {
-    /// Depth of the paths; `None` to follow them to their ends, as far as they matter.
+    /// Depth of the paths; `None` for complete paths, as far as they contribute.
     pub depth: Option<u32>,
-    /// RMSE that it may have itself.
+    /// Its own RMSE at most.
     pub standard_error: f64,
-    /// Rays that it may take.
+    /// Rays traced at most.
     pub most_rays: f64,
 }
 
-/// How good a truth is.
+/// Quality of a truth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TruthInfo {
     /// Depth of its paths.
@@ -48,20 +48,20 @@ pub struct TruthInfo {
     pub cutoff: f32,
     /// Estimate of its own RMSE.
     pub standard_error: f64,
-    /// What the rays that it did not trace come to at most, as an RMSE.
+    /// Upper bound on the light of rays it did not trace, RMSE.
     pub hidden: f64,
-    /// Samples of a pixel in the mean.
+    /// Mean samples per pixel.
     pub samples: f64,
     /// Arithmetic: f64 unless the device has none.
     pub precision: &'static str,
 }
 
-/// Means of pixels, all but exact.
+/// Nearly exact pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Linear RGB, unclamped, row by row.
     pub pixels: Vec<[f64; 3]>,
-    /// How good it is.
+    /// Its quality.
     pub info: TruthInfo,
 }
 
@@ -79,7 +79,7 @@ impl Truth {
     }
 }
 
-/// Finds the truth of the whole image of `settings` (size and, where none is sought, depth); `None` if cancelled.
+/// Renders the truth of an image with the size in `settings`; `None` if cancelled.
 ///
 /// # Errors
 /// As [`Renderer::render`].
@@ -137,7 +137,7 @@ pub fn find(
     Ok(Some(Truth { pixels, info }))
 }
 
-/// Cuts paths at the first depth that hides no more than `hidden`, or the last that can be afforded.
+/// Sets the depth of `survey`: the first whose truncation error is at most `hidden`, or the last affordable one.
 fn follow(
     survey: &mut Survey,
     limit: &RadianceLimit,

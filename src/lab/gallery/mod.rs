@@ -1,6 +1,7 @@
 //! The comparison of sample counts and depths: which pictures, and the sheet that shows them together.
 
 mod sheet;
+mod window;
 
 pub use sheet::{Cell, Section, Sheet};
 

@@ -1,7 +1,9 @@
-//! The contact sheet: rows of pictures on a dark ground, each with its caption.
+//! The contact sheet: rows of pictures on a dark ground, under each picture the parts in which the row's
+//! pictures differ most, enlarged, and its caption.
 
-use crate::image::canvas::{Canvas, Color, text_height, text_width};
-use crate::image::{Metadata, View, code8, png8};
+use super::window::{Difference, differences};
+use crate::image::canvas::{Canvas, Color};
+use crate::image::{Metadata, View, code8, png8, text};
 use std::io::{self, Write};
 
 // Dark, so that the pictures' own tones are seen against nothing brighter.
@@ -11,18 +13,29 @@ const TITLE: Color = [240, 242, 246];
 const HEADING: Color = [126, 184, 236];
 const CAPTION: Color = [214, 218, 226];
 const DETAIL: Color = [146, 152, 164];
+/// Frames of enlarged parts: yellow and magenta, which the colour-blind can tell apart.
+const PARTS: [Color; 2] = [[255, 214, 64], [255, 92, 214]];
 
 const MARGIN: u32 = 40;
 /// Between pictures of a row.
-const GAP: u32 = 24;
+const GAP: u32 = 32;
+/// Between a picture and what belongs to it.
+const NEAR: u32 = 12;
 /// Between rows.
-const ROW_GAP: u32 = 40;
-const TITLE_SCALE: u32 = 3;
-const TEXT_SCALE: u32 = 2;
+const ROW_GAP: u32 = 56;
+/// Heights of lines of text.
+const TITLE_SIZE: u32 = 56;
+const HEADING_SIZE: u32 = 38;
+const TEXT_SIZE: u32 = 30;
 /// From one line of text to the next.
-const LINE: u32 = text_height(TEXT_SCALE) + 8;
-/// Wider pictures are shrunk; up to here they are shown pixel by pixel, or one could not judge edges.
+const LINE: u32 = TEXT_SIZE + 6;
+/// Wider pictures are shrunk. The sheet's widest picture is shown this wide or a little less: pixel by
+/// pixel or enlarged by a whole factor, or one could not judge edges.
 const WIDEST: u32 = 640;
+/// Width of the frame round a part, in its picture and round its enlargement.
+const BORDER: u32 = 3;
+/// Parts are enlarged by this factor more than their picture.
+const ENLARGED: u32 = 4;
 
 /// A picture and what stands under it.
 #[derive(Debug, Clone)]
@@ -56,43 +69,113 @@ impl Cell {
     pub fn new(view: View<'_>, captions: [String; 2]) -> Cell {
         Cell { picture: shrunk(view, view.width.div_ceil(WIDEST)), captions }
     }
-
-    fn width(&self) -> u32 {
-        let text = self.captions.iter().map(|c| text_width(c, TEXT_SCALE)).max().unwrap_or(0);
-        text.max(self.picture.width)
-    }
 }
 
-impl Section {
+/// A row with all that is drawn of it.
+struct Row<'a> {
+    section: &'a Section,
+    /// Pictures as large as they are shown, and the factor to that size.
+    shown: Vec<(Canvas, u32)>,
+    parts: Vec<Difference>,
+}
+
+impl<'a> Row<'a> {
+    /// Pictures become as wide as `width` or, as only whole factors are used, a little less.
+    fn new(section: &'a Section, width: u32) -> Row<'a> {
+        let pictures: Vec<&Canvas> = section.cells.iter().map(|c| &c.picture).collect();
+        let factor = |picture: &Canvas| (width / picture.width).max(1);
+        let shown = pictures.iter().map(|p| (p.enlarged(factor(p)), factor(p))).collect();
+        // Enlarged, all of a picture's parts are as wide as the picture together.
+        let count = PARTS.len() as u32;
+        let size = pictures.first().map_or([1, 1], |p| {
+            let factor = factor(p);
+            let room = (p.width * factor).saturating_sub((count - 1) * NEAR) / count;
+            let width = (room / (ENLARGED * factor)).max(1);
+            [width, (width * p.height / p.width).max(1)]
+        });
+        Row { section, shown, parts: differences(&pictures, size, PARTS.len()) }
+    }
+
+    /// What the frames mean, each with its colour.
+    fn legend(&self) -> Vec<(String, Color)> {
+        let name = |i: usize| &self.section.cells[i].captions[0];
+        let line = |part: &Difference| {
+            let (left, right) = (name(part.right - 1), name(part.right));
+            format!("×{ENLARGED}: where “{left}” and “{right}” differ most")
+        };
+        self.parts.iter().map(line).zip(PARTS).collect()
+    }
+
+    fn legend_widths(&self) -> Vec<u32> {
+        self.legend().iter().map(|(line, _)| TEXT_SIZE + text::width(line, TEXT_SIZE)).collect()
+    }
+
+    fn cell_width(&self, i: usize) -> u32 {
+        let captions = self.section.cells[i].captions.iter().map(|c| text::width(c, TEXT_SIZE));
+        captions.max().unwrap_or(0).max(self.shown[i].0.width)
+    }
+
     fn width(&self) -> u32 {
-        let cells: u32 = self.cells.iter().map(|c| c.width() + GAP).sum();
-        cells.saturating_sub(GAP).max(text_width(&self.heading, TEXT_SCALE))
+        let cells: u32 = (0..self.shown.len()).map(|i| self.cell_width(i) + GAP).sum();
+        let legend: u32 = self.legend_widths().iter().map(|w| w + GAP).sum();
+        cells.max(legend).saturating_sub(GAP).max(text::width(&self.section.heading, HEADING_SIZE))
     }
 
-    fn tallest(&self) -> u32 {
-        self.cells.iter().map(|c| c.picture.height).max().unwrap_or(0)
+    /// From the row's top to its pictures: heading, rule, legend.
+    fn head(&self) -> u32 {
+        HEADING_SIZE + NEAR + 1 + NEAR + if self.parts.is_empty() { 0 } else { LINE + NEAR }
     }
 
-    /// Heading, rule, pictures, two captions.
+    /// Height of the tallest picture, and of the tallest with its parts.
+    fn tallest(&self) -> [u32; 2] {
+        let height = |(picture, factor): &(Canvas, u32)| {
+            let part = |d: &Difference| NEAR + d.window.size[1] * factor * ENLARGED;
+            [picture.height, picture.height + self.parts.iter().map(part).max().unwrap_or(0)]
+        };
+        self.shown.iter().map(height).fold([0, 0], |[a, b], [c, d]| [a.max(c), b.max(d)])
+    }
+
     fn height(&self) -> u32 {
-        LINE + GAP / 2 + self.tallest() + GAP / 2 + 2 * LINE
+        self.head() + self.tallest()[1] + NEAR + 2 * LINE
     }
 
     fn draw(&self, canvas: &mut Canvas, top: u32) {
-        canvas.text([MARGIN, top], &self.heading, TEXT_SCALE, HEADING);
-        canvas.fill([MARGIN, top + LINE], [canvas.width - 2 * MARGIN, 1], FRAME);
-        let top = top + LINE + GAP / 2;
+        canvas.text([MARGIN, top], &self.section.heading, HEADING_SIZE, HEADING);
+        canvas.fill([MARGIN, top + HEADING_SIZE + NEAR], [canvas.width - 2 * MARGIN, 1], FRAME);
         let mut x = MARGIN;
-        for cell in &self.cells {
-            let picture = &cell.picture;
-            canvas.fill([x - 1, top - 1], [picture.width + 2, picture.height + 2], FRAME);
-            canvas.paste([x, top], picture);
-            let mut y = top + picture.height + GAP / 2;
+        let y = top + HEADING_SIZE + NEAR + 1 + NEAR;
+        for ((line, color), width) in self.legend().iter().zip(self.legend_widths()) {
+            canvas.outline([x + BORDER, y + 8], [TEXT_SIZE - 16; 2], BORDER, *color);
+            canvas.text([x + TEXT_SIZE, y], line, TEXT_SIZE, DETAIL);
+            x += width + GAP;
+        }
+        let top = top + self.head();
+        let mut x = MARGIN;
+        for (i, cell) in self.section.cells.iter().enumerate() {
+            self.draw_pictures(canvas, i, [x, top]);
+            let mut y = top + self.tallest()[1] + NEAR;
             for (caption, color) in cell.captions.iter().zip([CAPTION, DETAIL]) {
-                canvas.text([x, y], caption, TEXT_SCALE, color);
+                canvas.text([x, y], caption, TEXT_SIZE, color);
                 y += LINE;
             }
-            x += cell.width() + GAP;
+            x += self.cell_width(i) + GAP;
+        }
+    }
+
+    /// Draws a cell's picture and its parts below.
+    fn draw_pictures(&self, canvas: &mut Canvas, i: usize, [x, top]: [u32; 2]) {
+        let (shown, factor) = &self.shown[i];
+        canvas.outline([x, top], [shown.width, shown.height], 1, FRAME);
+        canvas.paste([x, top], shown);
+        let mut left = x;
+        for (part, color) in self.parts.iter().zip(PARTS) {
+            let [corner, size] = [part.window.corner, part.window.size].map(|p| p.map(|c| c * factor));
+            canvas.outline([x + corner[0], top + corner[1]], size, 1, color);
+            let part = shown.cropped(corner, size).enlarged(ENLARGED);
+            let at = [left, top + self.tallest()[0] + NEAR];
+            canvas.outline(at, [part.width, part.height], BORDER, color);
+            canvas.paste(at, &part);
+            left += part.width + NEAR;
         }
     }
 }
@@ -104,20 +187,28 @@ impl Sheet {
         png8(canvas.width, canvas.height, &canvas.rgb, metadata, out)
     }
 
+    /// Width at which the pictures are shown: that of the widest, by a whole factor.
+    fn shown_width(&self) -> u32 {
+        let widest = self.sections.iter().flat_map(|s| &s.cells).map(|c| c.picture.width).max().unwrap_or(1);
+        widest * (WIDEST / widest).max(1)
+    }
+
     fn draw(&self) -> Canvas {
-        let widest = self.sections.iter().map(Section::width).max().unwrap_or(0);
+        let shown = self.shown_width();
+        let rows: Vec<Row<'_>> = self.sections.iter().map(|s| Row::new(s, shown)).collect();
+        let widest = rows.iter().map(Row::width).max().unwrap_or(0);
         let width =
-            widest.max(text_width(&self.title, TITLE_SCALE)).max(text_width(&self.subtitle, TEXT_SCALE));
-        let head = MARGIN + text_height(TITLE_SCALE) + 12 + LINE + ROW_GAP;
-        let body: u32 = self.sections.iter().map(|s| s.height() + ROW_GAP).sum();
+            widest.max(text::width(&self.title, TITLE_SIZE)).max(text::width(&self.subtitle, TEXT_SIZE));
+        let head = MARGIN + TITLE_SIZE + LINE + ROW_GAP;
+        let body: u32 = rows.iter().map(|row| row.height() + ROW_GAP).sum();
         let mut canvas =
-            Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(ROW_GAP) + MARGIN - 8, GROUND);
-        canvas.text([MARGIN, MARGIN], &self.title, TITLE_SCALE, TITLE);
-        canvas.text([MARGIN, MARGIN + text_height(TITLE_SCALE) + 12], &self.subtitle, TEXT_SCALE, DETAIL);
+            Canvas::new(width + 2 * MARGIN, head + body.saturating_sub(ROW_GAP) + MARGIN, GROUND);
+        canvas.text([MARGIN, MARGIN], &self.title, TITLE_SIZE, TITLE);
+        canvas.text([MARGIN, MARGIN + TITLE_SIZE], &self.subtitle, TEXT_SIZE, DETAIL);
         let mut top = head;
-        for section in &self.sections {
-            section.draw(&mut canvas, top);
-            top += section.height() + ROW_GAP;
+        for row in &rows {
+            row.draw(&mut canvas, top);
+            top += row.height() + ROW_GAP;
         }
         canvas
     }

@@ -2,10 +2,15 @@
 
 mod raster;
 
+use crate::image::text::FONT_FILE;
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use raster::Raster;
+
+/// The font's name in SVG text, where the viewer chooses one.
+const FONT: &str = "sans-serif";
 
 /// Blue, vermillion, green, black, purple, sky, orange: told apart by the colour-blind too (Okabe and
 /// Ito, 2008).
@@ -162,6 +167,9 @@ pub(crate) fn pixels(charts: &[Chart], size: (u32, u32)) -> Result<(u32, u32, Ve
 
 /// Draws charts side by side, every length times `zoom`.
 fn all<B: DrawingBackend<ErrorType: 'static>>(charts: &[Chart], backend: B, zoom: u32) -> Result<(), String> {
+    // plotters lays legends and labels out by the widths of this font, in SVG text too.
+    register_font(FONT, FontStyle::Normal, FONT_FILE)
+        .map_err(|_| "plotters cannot read the embedded font")?;
     let root = backend.into_drawing_area();
     root.fill(&WHITE).map_err(|e| e.to_string())?;
     for (chart, area) in charts.iter().zip(root.split_evenly((1, charts.len().max(1)))) {
@@ -181,7 +189,7 @@ fn draw<B: DrawingBackend<ErrorType: 'static>>(
         let [low, high] = axis.range.map(|x| axis.place(x));
         low..high
     };
-    let font = |size: u32| ("sans-serif", size * zoom);
+    let font = |size: u32| (FONT, size * zoom);
     let mut context = ChartBuilder::on(area)
         .caption(chart.title, font(16))
         .margin(12 * zoom)
@@ -229,19 +237,17 @@ fn draw<B: DrawingBackend<ErrorType: 'static>>(
         let dots = |points: Vec<(f64, f64)>| {
             points.into_iter().map(move |p| Circle::new(p, radius * zoom, color.filled()))
         };
-        // plotters measures names by a font of its own; the bitmap font is a little wider.
-        let name = if zoom > 1 { format!("{}   ", series.name) } else { series.name.clone() };
         if series.look == Look::Dots {
             let middle = reach / 2;
             context
                 .draw_series(dots(points))?
-                .label(name.clone())
+                .label(series.name.clone())
                 .legend(move |(x, y)| Circle::new((x + middle, y), radius * zoom, color.filled()));
             continue;
         }
         context
             .draw_series(LineSeries::new(points.clone(), stroke))?
-            .label(name.clone())
+            .label(series.name.clone())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + reach, y)], stroke));
         if radius > 0 {
             context.draw_series(dots(points))?;

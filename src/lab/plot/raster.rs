@@ -1,14 +1,9 @@
-//! Pixels for plotters, with a bitmap font: no font file is needed.
+//! Pixels for plotters, with text in the crate's own font.
 
-use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
+use crate::image::text;
 use plotters_backend::text_anchor::{HPos, VPos};
 use plotters_backend::{BackendColor, BackendCoord, BackendTextStyle, DrawingBackend, DrawingErrorKind};
 use std::convert::Infallible;
-
-/// Pixels of a glyph's side before scaling.
-const GLYPH: i32 = 8;
-/// plotters' font sizes are line heights; glyphs are this much smaller, as in its SVG.
-const LINE: f64 = 1.24;
 
 /// 8-bit RGB rows.
 pub(super) struct Raster<'a> {
@@ -23,36 +18,9 @@ impl<'a> Raster<'a> {
     }
 }
 
-/// The whole factor by which the font is enlarged for a size.
-fn factor(size: f64) -> i32 {
-    ((size / LINE / f64::from(GLYPH)).floor() as i32).max(1)
-}
-
-/// A letter, as wide as its ink: plotters lays text out for a proportional font.
-struct Glyph {
-    rows: [u8; GLYPH as usize],
-    /// First column with ink.
-    first: i32,
-    /// To the next letter.
-    advance: i32,
-}
-
-impl Glyph {
-    fn of(letter: char) -> Glyph {
-        let rows = BASIC_FONTS.get(letter).or_else(|| LATIN_FONTS.get(letter)).or(BASIC_FONTS.get('?'));
-        let rows = rows.unwrap_or_default();
-        let ink = rows.iter().fold(0, |all, row| all | row);
-        if ink == 0 {
-            return Glyph { rows, first: 0, advance: GLYPH / 2 };
-        }
-        let (first, last) = (ink.trailing_zeros() as i32, 7 - ink.leading_zeros() as i32);
-        Glyph { rows, first, advance: last - first + 2 }
-    }
-}
-
-/// Of a text before enlarging.
-fn length(text: &str) -> i32 {
-    text.chars().map(|letter| Glyph::of(letter).advance).sum()
+/// Height of a line of text in pixels, from plotters' font size: its own measure of widths, too.
+fn line<S: BackendTextStyle>(style: &S) -> u32 {
+    style.size().round().max(1.0) as u32
 }
 
 type Done = Result<(), DrawingErrorKind<Infallible>>;
@@ -85,8 +53,8 @@ impl DrawingBackend for Raster<'_> {
     }
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
-        let k = factor(style.size());
-        let (width, height) = (length(text) * k, GLYPH * k);
+        let size = line(style);
+        let (width, height) = (text::width(text, size) as i32, size as i32);
         let dx = match style.anchor().h_pos {
             HPos::Left => 0,
             HPos::Center => -width / 2,
@@ -97,22 +65,16 @@ impl DrawingBackend for Raster<'_> {
             VPos::Center => -height / 2,
             VPos::Bottom => -height,
         };
-        let mut left = dx;
-        for letter in text.chars() {
-            let glyph = Glyph::of(letter);
-            for (row, bits) in (0i32..).zip(glyph.rows) {
-                for column in (0..GLYPH).filter(|column| bits >> column & 1 == 1) {
-                    for dot in 0..k * k {
-                        let x = left + (column - glyph.first) * k + dot % k;
-                        let y = dy + row * k + dot / k;
-                        let (x, y) = style.transform().transform(x, y);
-                        self.draw_pixel((at.0 + x, at.1 + y), style.color())?;
-                    }
-                }
+        let color = style.color();
+        let mut done = Ok(());
+        text::draw(text, size, |x, y, coverage| {
+            let (x, y) = style.transform().transform(x + dx, y + dy);
+            let color = BackendColor { alpha: color.alpha * f64::from(coverage), ..color };
+            if done.is_ok() {
+                done = self.draw_pixel((at.0 + x, at.1 + y), color);
             }
-            left += glyph.advance * k;
-        }
-        Ok(())
+        });
+        done
     }
 
     fn estimate_text_size<S: BackendTextStyle>(
@@ -120,7 +82,7 @@ impl DrawingBackend for Raster<'_> {
         text: &str,
         style: &S,
     ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
-        let k = factor(style.size());
-        Ok(((length(text) * k) as u32, (GLYPH * k) as u32))
+        let size = line(style);
+        Ok((text::width(text, size), size))
     }
 }

@@ -1,4 +1,4 @@
-//! A case: what it does, which real failure it stands for, and the bound it must keep.
+//! A case: what it does, which failure of real renderers it reproduces, and its result compared with a bound.
 
 use super::tracer::{Picture, Tracer};
 use crate::lab::probe::{ProbeRay, Probed};
@@ -6,26 +6,43 @@ use crate::prepare::WIDE_RADII;
 use crate::prepare::local_frame::LocalFrame;
 use crate::render::RenderError;
 use crate::scene::Scene;
-use crate::settings::defect::Defect;
 use crate::settings::sampler::{Sampler, pcg4d};
 use crate::settings::{Origin, Precision, Settings};
+use crate::units::{figure, grouped};
 use glam::DVec3;
+use serde::Serialize;
+use std::fmt;
 
-/// The figure that a case reached, and the most it may be.
-#[derive(Debug, Clone, PartialEq)]
+/// The result of a case and its greatest allowed value. Displayed as `0 of 90,000 rays missed`, as `61 % of the
+/// allowed error (worst of 6,005 rays)`, or as value, unit and bound.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// What came out; NaN fails.
+    /// The result; NaN fails.
+    #[serde(rename = "figure")]
     pub value: f64,
-    /// What may come out.
+    /// Greatest allowed value.
     pub bound: f64,
-    /// What both count: "misses of 300,000 rays".
+    /// Unit of both, such as `of 90,000 rays missed`.
     pub unit: String,
 }
 
+/// Unit of results that are divided by their bound.
+const SHARE: &str = "of the allowed error";
+
 impl Figure {
-    /// A figure with its bound.
+    /// A result with its bound.
     pub fn new(value: f64, bound: f64, unit: impl Into<String>) -> Figure {
         Figure { value, bound, unit: unit.into() }
+    }
+
+    /// A count out of `all` that must be zero; `what` follows the two numbers.
+    pub fn count(count: usize, all: usize, what: &str) -> Figure {
+        Figure::none(count, format!("of {} {what}", grouped(all as u64)))
+    }
+
+    /// An error / the allowed error, which must be at most 1; `which` says of what.
+    pub fn share(value: f64, which: &str) -> Figure {
+        Figure::new(value, 1.0, format!("{SHARE} ({which})"))
     }
 
     /// A count that must be zero.
@@ -33,12 +50,12 @@ impl Figure {
         Figure::new(count as f64, 0.0, unit)
     }
 
-    /// True if the bound is kept.
+    /// True if the result is within its bound.
     pub fn passes(&self) -> bool {
         self.value <= self.bound
     }
 
-    /// The one nearer to (or further past) its bound.
+    /// The one closer to its bound, or further beyond it.
     pub fn worse(self, other: Figure) -> Figure {
         let strain = |f: &Figure| {
             if f.passes() { if f.bound > 0.0 { f.value / f.bound } else { 0.0 } } else { f64::INFINITY }
@@ -47,35 +64,52 @@ impl Figure {
     }
 }
 
-/// One extreme.
+impl fmt::Display for Figure {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Figure { value, bound, unit } = self;
+        let percent = 100.0 * value;
+        if !value.is_finite() {
+            write!(out, "failed: {unit}")
+        } else if unit.starts_with(SHARE) && (10.0..1e6).contains(&percent) {
+            write!(out, "{percent:.0} % {unit}")
+        } else if unit.starts_with(SHARE) {
+            write!(out, "{} % {unit}", figure(percent))
+        } else if *bound == 0.0 {
+            write!(out, "{} {unit}", figure(*value))
+        } else {
+            write!(out, "{} {unit} (at most {})", figure(*value), figure(*bound))
+        }
+    }
+}
+
+/// One case.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// For `--only`: lower case, dashes.
+    /// Name for `--only`: lower case with dashes.
     pub name: &'static str,
-    /// What is done, in a line.
+    /// What it does, in one line.
     pub does: &'static str,
-    /// The failure of a real renderer that this stands for.
+    /// The failure of real renderers that it reproduces.
     pub stands_for: &'static str,
-    /// Where the bound comes from.
+    /// Derivation of the bound.
     pub bound: &'static str,
-    /// Mistakes that must make it fail.
-    pub guards: &'static [Defect],
     /// Runs it.
     pub run: fn(&mut Harness<'_>) -> Result<Figure, RenderError>,
 }
 
-/// What a running case sees.
+/// Renders scenes and traces rays for a running case.
 pub struct Harness<'t> {
     tracer: &'t mut dyn Tracer,
     /// Arithmetic of the kernels.
     pub precision: Precision,
-    planted: Option<Defect>,
+    /// Where secondary and shadow rays start.
+    pub origin: Origin,
 }
 
 impl<'t> Harness<'t> {
-    /// Runs cases on `tracer`; `planted` puts a mistake back.
-    pub fn new(tracer: &'t mut dyn Tracer, precision: Precision, planted: Option<Defect>) -> Harness<'t> {
-        Harness { tracer, precision, planted }
+    /// Runs cases on `tracer`.
+    pub fn new(tracer: &'t mut dyn Tracer, precision: Precision) -> Harness<'t> {
+        Harness { tracer, precision, origin: Origin::Bound }
     }
 
     /// Unit roundoff of the kernels' numbers.
@@ -86,14 +120,9 @@ impl<'t> Harness<'t> {
     /// The scene's own settings in the case's precision. Samples are independent: the bounds of statistical
     /// cases are those of a binomial.
     pub fn settings(&self, scene: &Scene) -> Settings {
-        let origin = match self.planted {
-            Some(Defect::FixedOrigin) => Origin::Fixed(0.1),
-            _ => Origin::Bound,
-        };
         Settings {
             precision: self.precision,
-            planted: self.planted,
-            origin,
+            origin: self.origin,
             sampler: Sampler::Random,
             ..Settings::of(scene)
         }
@@ -130,10 +159,7 @@ impl<'t> Harness<'t> {
 
     /// The frame that the kernels see the scene in.
     pub fn frame(&self, scene: &Scene) -> LocalFrame {
-        if self.planted == Some(Defect::WorldFrame) {
-            return LocalFrame::world(&LocalFrame::of(scene));
-        }
-        LocalFrame::of(scene)
+        self.tracer.frame(scene)
     }
 
     /// A world point as the kernels hold it: local, rounded to their precision.
@@ -191,5 +217,32 @@ impl Random {
                 return DVec3::new(x * f, y * f, 1.0 - 2.0 * s);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_read_as_sentences() {
+        let cases = [
+            (Figure::count(0, 90_000, "rays missed"), "0 of 90,000 rays missed", true),
+            (Figure::count(3, 90_000, "rays missed"), "3 of 90,000 rays missed", false),
+            (Figure::share(0.6112, "index 1.5"), "61 % of the allowed error (index 1.5)", true),
+            (Figure::share(0.0034, "index 1.5"), "0.34 % of the allowed error (index 1.5)", true),
+            (Figure::share(2.0, "index 1.5"), "200 % of the allowed error (index 1.5)", false),
+            (Figure::new(1.2e-7, 2.384e-7, "of t"), "1.2e-7 of t (at most 2.38e-7)", true),
+            (Figure::new(f64::INFINITY, 1.0, "rays lost"), "failed: rays lost", false),
+            (Figure::new(f64::NAN, 0.0, "no pixel"), "failed: no pixel", false),
+        ];
+        for (figure, text, passes) in cases {
+            assert_eq!((figure.to_string().as_str(), figure.passes()), (text, passes));
+        }
+        let [near, past] = [Figure::share(0.9, "a"), Figure::new(2.0, 1.5, "b")];
+        assert_eq!(
+            (near.clone().worse(past.clone()), Figure::share(0.5, "c").worse(near.clone())),
+            (past, near)
+        );
     }
 }

@@ -4,25 +4,22 @@ use super::case::{Case, Figure, Harness, Random};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, matte, mesh, room};
 use crate::scene::{Face, Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "coincident",
-        does: "400 pairs of coincident triangles in two colours, and 10^5 copies of one triangle of which the first differs, the pairs in two orders",
+        does: "400 pairs of coincident triangles in two colours, listed in two orders, and 10^5 copies of one triangle, the first in another colour",
         stands_for: "z-fighting that changes with the traversal order; Embree's OverlappingGeometry",
-        bound: "exact: of equal t the first in the scene's order wins (numerics.md, Boxes)",
-        guards: &[Defect::TraversalTies],
+        bound: "exact: at equal t the first primitive in the scene file is visible (numerics.md, Boxes)",
         run: coincident,
     },
     Case {
         name: "order",
-        does: "a room with coincident decals, its objects shuffled and its meshes split into one object per face",
-        stands_for: "images that change when a file lists the same objects in another order",
-        bound: "exact: of distinct t the least wins, of equal t the first decal, whatever lies between (numerics.md, Boxes)",
-        guards: &[Defect::TraversalTies],
+        does: "a room with coincident decals, with its objects shuffled, and with its meshes split into one object per face",
+        stands_for: "images that change when the same objects are listed in another order",
+        bound: "exact: the least t is visible, at equal t the first decal, whatever the order of the rest (numerics.md, Boxes)",
         run: order,
     },
 ];
@@ -91,7 +88,7 @@ fn coincident(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for copies in [33, 100_000] {
         add(h, &pile(copies))?;
     }
-    Ok(Figure::none(wrong, format!("pixels of {seen} that show a later copy, and overflows")))
+    Ok(Figure::count(wrong, seen, "pixels show a later copy, or overflowed"))
 }
 
 /// One object per face.
@@ -122,5 +119,5 @@ fn order(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let picture = h.picture(&other)?.linear;
         different += picture.iter().zip(&reference).filter(|(a, b)| a != b).count();
     }
-    Ok(Figure::none(different, format!("pixels of {} that differ in a bit", 3 * reference.len())))
+    Ok(Figure::count(different, 3 * reference.len(), "pixels differ"))
 }

@@ -5,25 +5,22 @@ use crate::compare::metrics::{edge_length, mismatch_bound};
 use crate::reference::oracle::Oracle;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{moved, room};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "scale",
-        does: "the room scaled by powers of two from 2^-60 to 2^60, its light with the square",
-        stands_for: "absolute epsilons: POV-Ray's 1e-10 and 1e7 limits, a far plane of 1000, acne at small scales",
-        bound: "exact: a power of two rounds nothing (numerics.md, Local frame)",
-        guards: &[Defect::WorldFrame],
+        does: "the room scaled by powers of two from 2^-60 to 2^60, light intensities with the square",
+        stands_for: "absolute epsilons: POV-Ray's limits of 1e-10 and 1e7, a far plane at 1000, shadow acne at small scales",
+        bound: "exact: scaling by a power of two does not round (numerics.md, Local frame)",
         run: scale,
     },
     Case {
         name: "offset",
         does: "the room moved by (10^k, -10^k/2, 10^k), k = 0..9",
-        stands_for: "scenes in map or CAD coordinates whose edges crumble away from the origin",
+        stands_for: "scenes in map or CAD coordinates whose edges break up far from the origin",
         bound: "M + 3 sqrt M + 3 pixels, M = 2 * edge length * 2^-52 10^k / footprint (numerics.md, Bounds in tests)",
-        guards: &[Defect::WorldFrame],
         run: offset,
     },
 ];
@@ -37,7 +34,7 @@ fn scale(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let scaled = h.picture(&moved(&scene, 2f64.powi(k), DVec3::ZERO))?.linear;
         different += scaled.iter().zip(&reference).filter(|(a, b)| a != b).count();
     }
-    Ok(Figure::none(different, format!("pixels of {} that differ in a bit", reference.len() * steps.len())))
+    Ok(Figure::count(different, reference.len() * steps.len(), "pixels differ"))
 }
 
 fn offset(h: &mut Harness<'_>) -> Result<Figure, RenderError> {

@@ -7,49 +7,43 @@ use crate::lab::probe::{ProbeHit, ProbeRay, Probed};
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, polygon, sphere};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "hierarchy",
-        does: "1, 32, 33 and 700 triangles, slivers, flat ones and spheres; slivers behind a wall; rays at random, at corners, grazing: brute force, hierarchy, and the scene's own choice",
-        stands_for: "hits that a hierarchy loses or moves: svenstaro bvh 149, tinybvh 286",
-        bound: "exact in id, t, weights and position: only culling differs (numerics.md, Boxes)",
-        guards: &[Defect::Unconfined],
+        does: "1, 32, 33 and 700 triangles, slivers, axis-aligned ones and spheres; slivers behind a wall; random, corner and grazing rays: brute force against the hierarchy and the default",
+        stands_for: "hits lost or moved by a hierarchy: svenstaro bvh 149, tinybvh 286",
+        bound: "exact in id, t, weights and position: a hierarchy only culls (numerics.md, Boxes)",
         run: equals_brute_force,
     },
     Case {
         name: "axis-rays",
         does: "26 axis and diagonal directions, each zero as +0 and -0, from every face, edge and corner of 27 boxes and of their padded bounds",
-        stands_for: "0 * inf = NaN in slab tests, the octant of -0: tinybvh 282, svenstaro bvh 140, warp 1530",
-        bound: "exact: dyadic numbers; brute force, hierarchy and exact arithmetic give one t (numerics.md, Boxes)",
-        guards: &[Defect::Octant],
+        stands_for: "0 * inf = NaN in slab tests, -0 in the wrong octant: tinybvh 282, svenstaro bvh 140, warp 1530",
+        bound: "exact: with dyadic numbers, brute force, hierarchy and exact arithmetic agree in t (numerics.md, Boxes)",
         run: axis_rays,
     },
     Case {
         name: "no-extent",
-        does: "triangles of denormal size and of none over a floor, in flat boxes",
+        does: "triangles of denormal and of zero size over a floor, in flat boxes",
         stands_for: "svenstaro bvh 140: a box of extent 5.693442e-39 gives NaN",
-        bound: "exact: triangles without area are counted, rays stop within a pad of 2^-19 of one or of the floor, no number is NaN (numerics.md, Boxes)",
-        guards: &[Defect::KeepDegenerate],
+        bound: "exact: triangles without area are counted, rays stop within 2^-19 of a triangle or of the floor, and nothing is NaN (numerics.md, Boxes)",
         run: no_extent,
     },
     Case {
         name: "unusable-rays",
-        does: "NaN and infinities in every component among good rays; zero, huge and opposite-signed ones besides",
-        stands_for: "Embree's NaNTest and InfTest: a ray that never ends or takes its neighbours along",
-        bound: "exact: counted, hit nothing, and the good rays' hits stay the same (numerics.md, Boxes)",
-        guards: &[Defect::NanAccepted],
+        does: "rays with a NaN or infinity in any component among valid rays; also zero, huge and opposite-signed components",
+        stands_for: "Embree's NaNTest and InfTest: a ray that never ends or corrupts its neighbours",
+        bound: "exact: invalid rays are counted and hit nothing, and the hits of valid rays do not change (numerics.md, Boxes)",
         run: unusable_rays,
     },
     Case {
         name: "nested",
-        does: "64 concentric spheres of radius 2^-i over a floor of 2^10, from between any two of them",
-        stands_for: "the teapot in a stadium: stacks that overflow, spheres that vanish",
-        bound: "no overflow (B7); from radius 2^-60 of the frame up, where f32 holds the square: the right sphere, t within 16u |o| (1 + tan), tan that of the angle of incidence (the vector across the ray carries 4u |o|)",
-        guards: &[Defect::ShortStack],
+        does: "64 concentric spheres of radius 2^-i over a floor of size 2^10, seen from between any two of them",
+        stands_for: "the teapot in a stadium: traversal stacks that overflow, spheres that vanish",
+        bound: "no overflow (B7); for radii of at least 2^-60 in the local frame, whose square f32 can hold: the right sphere, and t within 16u |o| (1 + tan a) for an angle of incidence a (the vector across the ray has an error of 4u |o|)",
         run: nested,
     },
 ];
@@ -184,7 +178,7 @@ fn equals_brute_force(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for probed in h.probe_both(&empty(vec![matte([1.0; 3], 1.0)]), &rays)? {
         different += probed.hits.iter().flatten().count();
     }
-    Ok(Figure::none(different, format!("differences over {count} rays")))
+    Ok(Figure::count(different, count, "rays differ"))
 }
 
 /// 26 directions; each zero component as +0 and as -0.
@@ -224,7 +218,7 @@ fn axis_rays(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let expected = all.fold(f64::INFINITY, f64::min);
         wrong += usize::from(hit.map_or(f64::INFINITY, |h| h.t) != expected);
     }
-    Ok(Figure::none(wrong, format!("wrong hits of {} rays", rays.len())))
+    Ok(Figure::count(wrong, rays.len(), "rays wrong"))
 }
 
 fn no_extent(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -264,7 +258,7 @@ fn no_extent(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     }
     wrong += brute.hits.iter().flatten().filter(|h| !h.t.is_finite() || !h.position.is_finite()).count();
     wrong += usize::from(h.picture(&scene)?.counters.degenerate_triangles != degenerate);
-    Ok(Figure::none(wrong, format!("wrong hits of {} rays and wrong counts", rays.len())))
+    Ok(Figure::count(wrong, rays.len(), "rays wrong or not counted"))
 }
 
 fn unusable_rays(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -305,7 +299,7 @@ fn unusable_rays(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         wrong += odd.iter().zip(&probed.hits).filter(|(r, hit)| hit.is_some_and(|h| strange(r, &h))).count();
         wrong += probed.counters[abi::COUNTER_LOOP_CAP as usize] as usize;
     }
-    Ok(Figure::none(wrong, format!("wrong outcomes of {} rays", rays.len() + odd.len())))
+    Ok(Figure::count(wrong, rays.len() + odd.len(), "rays wrong"))
 }
 
 /// Roots of |o + t d|^2 = r^2 ahead of the origin, the nearest; `None` also where the ray passes too
@@ -371,9 +365,9 @@ fn nested(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     wrong += usize::from(sure < 3_000);
     let counters = h.picture(&scene)?.counters;
     wrong += (counters.stack_overflow + counters.loop_cap) as usize;
-    Ok(Figure::none(wrong, format!("wrong hits of {sure} rays, overflows")).worse(Figure::new(
+    Ok(Figure::count(wrong, sure, "rays wrong, or overflowed").worse(Figure::new(
         worst,
         16.0,
-        "u, relative error of t",
+        "units of roundoff u, relative error of t",
     )))
 }

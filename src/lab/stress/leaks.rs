@@ -7,57 +7,50 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, light, matte};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "contact-shadow",
-        does: "a wall 10^-3 thick on a floor, light at 45 degrees, its shadow's start seen from the side",
-        stands_for: "shadows that start away from the object: an epsilon of 0.1 is 2 pixels here",
-        bound: "exact but for 0.02 pixels and the spawn offset, (4u |p| + 24u ext) sqrt 3, about edges (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
+        does: "a wall 10^-3 thick on a floor, lit at 45 degrees; the base of its shadow seen from the side",
+        stands_for: "shadows detached from their object: an epsilon of 0.1 is 2 pixels here",
+        bound: "exact, except within 0.02 pixels and the ray offset, (4u |p| + 24u ext) sqrt 3, of edges (numerics.md, Spawn origins)",
         run: contact_shadow,
     },
     Case {
         name: "thin-gap",
-        does: "a floor seen through a clear sheet 10^-5 of the scene above it, which shadows it",
-        stands_for: "epsilons that jump over thin walls",
-        bound: "exact: gaps above twice the spawn offset, 8u |p| + 48u ext = 4 10^-6, let no light in (numerics.md, Spawn origins)",
-        guards: &[Defect::FixedOrigin],
+        does: "a floor seen through a clear sheet that lies 10^-5 of the scene's size above it and casts a shadow",
+        stands_for: "ray epsilons larger than a gap",
+        bound: "exact: no light passes a gap larger than twice the ray offset, 8u |p| + 48u ext = 4 10^-6 (numerics.md, Spawn origins)",
         run: thin_gap,
     },
     Case {
         name: "corner-escape",
-        does: "a closed mirror box, turned, hit exactly at its edges and corners: paths of 12 bounces",
-        stands_for: "light that slips out where walls meet",
+        does: "a closed, rotated mirror box, hit exactly at its edges and corners: paths of 12 bounces",
+        stands_for: "light that escapes where walls meet",
         bound: "exact: no path escapes (numerics.md, Spawn origins)",
-        guards: &[Defect::NoInset],
         run: corner_escape,
     },
     Case {
         name: "dark-room",
-        does: "a closed room without light, pixels exactly on its edges, eight bright lights just outside its corners",
+        does: "a closed room without lights, pixel centres exactly on its edges, and eight bright lights just outside its corners",
         stands_for: "bright seams along the edges of rooms",
-        bound: "exact: every pixel black",
-        guards: &[Defect::NoInset, Defect::FixedOrigin],
+        bound: "exact: every pixel is black",
         run: dark_room,
     },
     Case {
         name: "light-at-surface",
-        does: "lights 8u above a floor, on it, on a corner of it, on a ball, at the eye",
-        stands_for: "fireflies and NaN pixels: division by the square of no distance",
-        bound: "exact: every pixel finite, the clamp counted (numerics.md, Shading)",
-        guards: &[Defect::LightContact],
+        does: "lights 8u above a floor, on it, on its corner, on a sphere, at the camera",
+        stands_for: "fireflies and NaN pixels from a division by the square of a zero distance",
+        bound: "exact: every pixel is finite, and the clamped light is counted (numerics.md, Shading)",
         run: light_contact,
     },
     Case {
         name: "light-on-ceiling",
-        does: "a light exactly on the ceiling of a room, straight and turned: the floor below",
-        stands_for: "speckled floors: the lamp's own surface shadows it where t rounds below 1",
-        bound: "exact: an occluder strictly between is none; every floor pixel lit",
-        guards: &[Defect::ToTheLight],
+        does: "the floor below a light exactly on the ceiling of a room, axis-aligned and rotated",
+        stands_for: "speckled floors: the ceiling shadows its own lamp where t rounds below 1",
+        bound: "exact: every floor pixel is lit, since nothing is strictly between it and the light",
         run: light_on_ceiling,
     },
 ];
@@ -100,7 +93,7 @@ fn contact_shadow(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let r = wrong_pixels(&scene, &picture, blur, class, lit);
         (wrong, judged) = (wrong + r.0, judged + r.1);
     }
-    Ok(Figure::none(wrong, format!("wrong pixels of {judged}")))
+    Ok(Figure::count(wrong, judged, "pixels wrong"))
 }
 
 fn thin_gap(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -118,7 +111,7 @@ fn thin_gap(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let picture = h.picture(&scene)?;
         wrong += picture.linear.iter().filter(|c| lit(**c) != 0).count();
     }
-    Ok(Figure::none(wrong, format!("lit pixels of {}", gaps.len() * 64 * 64)))
+    Ok(Figure::count(wrong, gaps.len() * 64 * 64, "pixels lit"))
 }
 
 fn corner_escape(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -138,7 +131,7 @@ fn corner_escape(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         })
         .collect();
     let escaped = escapes(h, &scene, rays, bounces)?;
-    Ok(Figure::none(escaped, format!("escapes of {paths} paths of {bounces} bounces")))
+    Ok(Figure::count(escaped, paths, &format!("paths of {bounces} bounces escaped")))
 }
 
 fn dark_room(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -158,7 +151,7 @@ fn dark_room(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for scene in [&scene, &turned] {
         bright += h.picture(scene)?.linear.iter().filter(|c| lit(**c) != 0).count();
     }
-    Ok(Figure::none(bright, format!("pixels of {} that are not black", 2 * 64 * 64)))
+    Ok(Figure::count(bright, 2 * 64 * 64, "pixels not black"))
 }
 
 /// Room, lights and eye turned by 0.6, 0.8 and 0.28, 0.96: no wall is parallel to an axis.
@@ -205,9 +198,9 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         clamped += picture.counters.clamped_lights;
     }
     if clamped == 0 {
-        return Ok(Figure::new(f64::INFINITY, 0.0, "no clamp counted"));
+        return Ok(Figure::new(f64::INFINITY, 0.0, "the clamped light was not counted"));
     }
-    Ok(Figure::none(infinite, "pixels that are not finite"))
+    Ok(Figure::none(infinite, "pixels not finite"))
 }
 
 fn light_on_ceiling(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -222,5 +215,5 @@ fn light_on_ceiling(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for scene in [&scene, &turned] {
         black += h.picture(scene)?.linear.iter().filter(|c| lit(**c) != 1).count();
     }
-    Ok(Figure::none(black, format!("black pixels of {}", 2 * 64 * 64)))
+    Ok(Figure::count(black, 2 * 64 * 64, "pixels black"))
 }

@@ -9,7 +9,6 @@ use crate::scene::procedural::shapes::{
 };
 use crate::scene::{Fresnel, Light, Scene};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// u of f32: colours are single precision whatever the kernels' numbers are.
@@ -19,66 +18,58 @@ const COLOUR_U: f64 = 5.960_464_477_539_063e-8;
 pub const CASES: &[Case] = &[
     Case {
         name: "inverse-square",
-        does: "a light at 2^-12 to 2^40 and at random places over a floor; two lights of half the power in one place",
-        stands_for: "lights that fade with the wrong power or stop at a far plane",
-        bound: "16u: roundings of cos / d^2 and its weights; at powers of two, and for halves, exact (numerics.md, Shading)",
-        guards: &[Defect::WorldFrame],
+        does: "a light at distances 2^-12 to 2^40 and at random positions over a floor; two lights of half the intensity at one position",
+        stands_for: "lights with the wrong falloff, or cut off at a far plane",
+        bound: "16u, from the roundings of cos / d^2 and its weights; exact at powers of two and for the two halves (numerics.md, Shading)",
         run: inverse_square,
     },
     Case {
         name: "light-contact",
-        does: "lights at distance 0, 1e-30, 1e-20, 1e-10 and 1e20, 1e38 from floor, vertex and ball",
+        does: "lights at distances 0, 1e-30, 1e-20, 1e-10, 1e20 and 1e38 from a floor, a vertex and a sphere",
         stands_for: "white or black blots (infinity, NaN) where a light touches a surface",
-        bound: "exact: every pixel is finite; a light within the spawn offset is counted (numerics.md, Shading)",
-        guards: &[Defect::LightContact],
+        bound: "exact: every pixel is finite, and a light within the ray offset is counted (numerics.md, Shading)",
         run: light_contact,
     },
     Case {
         name: "light-segment",
-        does: "a light between floor and ceiling, a blocker beside it: the shadow's edge on the floor",
-        stands_for: "things behind a light that cast shadows; shadows that are detached from what casts them",
-        bound: "edge at e + (e - l) b / (h - b) within half a pixel for sampling and 64u of the scene (numerics.md, Closed forms)",
-        guards: &[Defect::ShadowBeyond],
+        does: "the edge of the shadow on the floor, of a blocker beside a light between floor and ceiling",
+        stands_for: "objects behind a light that cast shadows; shadows detached from their object",
+        bound: "edge at e + (e - l) b / (h - b), within half a pixel for sampling and 64u of the scene's size (numerics.md, Closed forms)",
         run: light_segment,
     },
     Case {
         name: "constant-image",
         does: "a wall of colour 0.1 at 1, 2, 3, 16, 1000, 4096, 2^16 and 2^20 samples",
-        stands_for: "images that darken with the number of samples: sums in single precision",
+        stands_for: "images that get darker with more samples: sums in single precision",
         bound: "1 ulp of the colour (numerics.md, Accumulation)",
-        guards: &[Defect::NaiveSum],
         run: constant_image,
     },
     Case {
         name: "facing-mirrors",
-        does: "an eye between two mirrors of 0.5, 0.9 and 0.99, depth 1 to 1000",
-        stands_for: "recursion cut by a fixed limit or a threshold on weight, without a word",
+        does: "a camera between two mirrors of reflectance 0.5, 0.9 and 0.99, depth 1 to 1000",
+        stands_for: "recursion silently cut by a fixed limit or a threshold on the weight",
         bound: "a (1 - rho^n) within 8u (n + 1) (numerics.md, Closed forms)",
-        guards: &[Defect::Bailout],
         run: facing_mirrors,
     },
     Case {
         name: "furnace",
-        does: "perfect mirror and glass balls in a uniform background",
-        stands_for: "materials that make or lose light",
-        bound: "mirror 4u depth; glass 1 - (1 - R) R^(depth - 2), its R within 16u and the change for 32u of height (numerics.md, Closed forms)",
-        guards: &[Defect::Bailout, Defect::SmallerRoot],
+        does: "perfect mirror and glass spheres in a uniform background",
+        stands_for: "materials that create or lose energy",
+        bound: "mirror: 4u depth; glass: 1 - (1 - R) R^(depth - 2), R within 16u and its change over 32u of height (numerics.md, Closed forms)",
         run: furnace,
     },
     Case {
         name: "mirror-ball-centre",
-        does: "an eye in the centre of a mirror ball sees itself in every pixel",
-        stands_for: "spheres that are missed from inside",
-        bound: "exact: all pixels are the same (numerics.md, Closed forms)",
-        guards: &[Defect::SmallerRoot],
+        does: "a camera at the centre of a mirror sphere sees itself in every pixel",
+        stands_for: "spheres missed from inside",
+        bound: "exact: all pixels are equal (numerics.md, Closed forms)",
         run: mirror_ball,
     },
     Case {
         name: "normals-that-cancel",
-        does: "interpolated normals whose sum is zero or nearly, and mirrored rays of length 1 to 1e-30",
+        does: "vertex normals that nearly or exactly cancel, and reflected rays of length 1 to 1e-30",
         stands_for: "NaN pixels on meshes with opposed normals; vectors whose squares underflow",
-        bound: "unit length within 4u, mirrored exactly within 8u (numerics.md, Shading)",
-        guards: &[Defect::BlindNormalise],
+        bound: "unit length within 4u, mirror direction within 8u (numerics.md, Shading)",
         run: normals_that_cancel,
     },
 ];
@@ -112,7 +103,7 @@ fn inverse_square(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         )
         .with_lights(scene.lights.iter().map(|l| Light { position: l.position * scale, ..*l }));
         let exact = middle(h, &scene, 1)? == 0.75;
-        figure = worst(figure, if exact { 0.0 } else { 1.0 }, format!("error at distance 2^{k}"));
+        figure = worst(figure, if exact { 0.0 } else { 1.0 }, format!("relative error at distance 2^{k}"));
     }
     let mut random = Random::new(51);
     let far = DVec3::new(1e6, -3e5, 7e5) / 3.0;
@@ -132,7 +123,7 @@ fn inverse_square(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     halves.lights.iter_mut().for_each(|l| l.intensity *= 0.5);
     halves.lights.extend_from_within(..);
     let same = h.picture(&whole)?.linear == h.picture(&halves)?.linear;
-    Ok(worst(figure, if same { 0.0 } else { 1.0 }, "two halves differ from one whole"))
+    Ok(worst(figure, if same { 0.0 } else { 1.0 }, "two lights of half the intensity differ from one"))
 }
 
 impl Scene {
@@ -165,12 +156,12 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         wrong += usize::from(near && picture.counters.clamped_lights == 0);
         wrong += picture.linear.iter().flatten().filter(|x| !x.is_finite()).count();
     }
-    Ok(Figure::none(wrong, "pixels that are not finite, or lights not counted"))
+    Ok(Figure::none(wrong, "pixels not finite, or lights not counted"))
 }
 
 fn light_segment(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for (edge, height) in [(0.1, 0.5), (-0.3, 0.25), (0.5, 0.01), (0.2, 0.000_1)] {
         let (from, top) = (-0.75, 1.5);
         let mut scene = floor();
@@ -196,9 +187,13 @@ fn light_segment(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let lit = row.iter().filter(|p| p[0] > 0.0).count() as f64;
         let expected = f64::from(width) / 2.0 - 20.25;
         let bound = 0.5 + 64.0 * u / pixel * (1.0 + 1.0 / (top - height));
-        figure = worst(figure, (lit - expected).abs() / bound, format!("of its bound, blocker at {height}"));
+        figure = worst(
+            figure,
+            (lit - expected).abs() / bound,
+            format!("of the allowed error (blocker at {height})"),
+        );
         let ordered = row.windows(2).all(|w| w[0][0] > 0.0 || w[1][0] == 0.0);
-        figure = worst(figure, if ordered { 0.0 } else { 2.0 }, "more than one edge");
+        figure = worst(figure, if ordered { 0.0 } else { 2.0 }, "more than one shadow edge");
     }
     Ok(figure)
 }
@@ -206,7 +201,7 @@ fn light_segment(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 fn constant_image(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut scene = floor();
     scene.materials[0].ambient = 0.1;
-    let mut worst_ulps = Figure::new(0.0, 1.0, "ulp");
+    let mut worst_ulps = Figure::new(0.0, 1.0, "ulp of the colour");
     for samples in [1u32, 2, 3, 16, 1000, 4096, 1 << 16, 1 << 20] {
         let size = if samples > 4096 { 1 } else { 5 };
         let settings = Settings { width: size, height: size, samples, ..h.settings(&scene) };
@@ -219,7 +214,7 @@ fn constant_image(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 }
 
 fn facing_mirrors(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for rho in [0.5, 0.9, 0.99] {
         let mut scene = empty(vec![mirror(rho, 1.0)]);
         let side = |z: f64| polygon(&[[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]], 0);
@@ -231,14 +226,15 @@ fn facing_mirrors(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let expected = 1.0 - rho.powi(n);
             let error = (middle(h, &scene, n as u32)? - expected).abs();
             let bound = 8.0 * COLOUR_U * f64::from(n + 1);
-            figure = worst(figure, error / bound, format!("of its bound, mirrors {rho:.2}, depth {n}"));
+            figure =
+                worst(figure, error / bound, format!("of the allowed error (mirrors {rho:.2}, depth {n})"));
         }
     }
     Ok(figure)
 }
 
 fn furnace(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     let mut scene = empty(vec![mirror(1.0, 0.0)]);
     scene.spheres = vec![sphere([0.0; 3], 1.0, 0), sphere([1.5, 0.5, -0.5], 0.6, 0)];
     scene.render.background = DVec3::splat(0.3);
@@ -246,7 +242,7 @@ fn furnace(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let l = f64::from(0.3f32);
     for value in h.picture(&scene)?.linear.into_iter().flatten() {
         let error = (f64::from(value) - l).abs() / (4.0 * COLOUR_U * 40.0 * l);
-        figure = worst(figure, error, "of its bound: mirror");
+        figure = worst(figure, error, "of the allowed error (mirror)");
     }
     let mut scene = empty(vec![glass(1.5, Fresnel::Exact)]);
     scene.spheres = vec![sphere([0.0; 3], 1.0, 0)];
@@ -262,12 +258,15 @@ fn furnace(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             // Of (1 - R) R^m the change with R is at most m + 1 times its own; the sum and the weights add 4u each.
             let n = f64::from(depth);
             let bound = (16.0 * COLOUR_U + moved) * n + 8.0 * COLOUR_U * n;
-            figure =
-                worst(figure, (seen - expected).abs() / bound, format!("of its bound: glass, depth {depth}"));
+            figure = worst(
+                figure,
+                (seen - expected).abs() / bound,
+                format!("of the allowed error (glass, depth {depth})"),
+            );
             figure = worst(
                 figure,
                 if seen <= 1.0 + 4.0 * COLOUR_U * n { 0.0 } else { 2.0 },
-                "light out of nothing",
+                "more light than the background",
             );
         }
     }
@@ -284,12 +283,12 @@ fn mirror_ball(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let picture = h.picture(&scene)?.linear;
     let expected = (1.0 - 0.75f64.powi(6)) as f32;
     let wrong = picture.iter().filter(|p| **p != [expected; 3]).count();
-    Ok(Figure::none(wrong, format!("pixels of {} that differ", picture.len())))
+    Ok(Figure::count(wrong, picture.len(), "pixels differ"))
 }
 
 fn normals_that_cancel(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     let mut scene = empty(vec![mirror(1.0, 0.0)]);
     let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
     let mut surface = mesh(corners, &[[0, 1, 2]], 0);
@@ -306,10 +305,10 @@ fn normals_that_cancel(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let probed = h.probe(&scene, &rays)?;
     for hit in probed.hits.iter() {
         let off = hit.map_or(f64::NAN, |hit| (hit.normal.length() - 1.0).abs());
-        figure = worst(figure, off / (4.0 * u), "of its bound: normals");
+        figure = worst(figure, off / (4.0 * u), "of the allowed error (normals)");
     }
     for c in &probed.children {
-        figure = worst(figure, (c.direction.length() - 1.0).abs() / (4.0 * u), "of its bound: rays");
+        figure = worst(figure, (c.direction.length() - 1.0).abs() / (4.0 * u), "of the allowed error (rays)");
     }
     let mut random = Random::new(52);
     let scene = {
@@ -331,7 +330,11 @@ fn normals_that_cancel(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for c in &probed.children {
         let d = (rays[c.parent].direction * 1e30).normalize();
         let expected = DVec3::new(d.x, d.y, -d.z);
-        figure = worst(figure, (c.direction - expected).length() / (8.0 * u), "of its bound: mirrored rays");
+        figure = worst(
+            figure,
+            (c.direction - expected).length() / (8.0 * u),
+            "of the allowed error (mirrored rays)",
+        );
     }
     Ok(figure)
 }

@@ -7,50 +7,44 @@ use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, matte, sphere};
 use crate::scene::{Fresnel, Material, Scene};
 use crate::settings::Settings;
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "slab",
-        does: "rays through a pane: they leave parallel, shifted by t sin a (1 - cos a / (n cos b))",
-        stands_for: "images behind windows that are bent or displaced",
-        bound: "parallel within 8u (1 + n) / cos a; shift within 16u and two spawn offsets (numerics.md, Refraction)",
-        guards: &[Defect::FlippedEta],
+        does: "rays through a pane leave it parallel, shifted by t sin a (1 - cos a / (n cos b))",
+        stands_for: "distorted or displaced images behind windows",
+        bound: "parallel within 8u (1 + n) / cos a; shift within 16u and two ray offsets (numerics.md, Refraction)",
         run: slab,
     },
     Case {
         name: "ball-lens",
-        does: "rays through a ball: turned by 2 (a - b), as far from its centre after as before",
-        stands_for: "spheres whose far side is missed, so that refraction through them is impossible",
-        bound: "64u n / cos a: 16u for each normal, 8u for each refraction and spawn, widened n / cos a at the exit \
-                (numerics.md, Refraction)",
-        guards: &[Defect::SmallerRoot, Defect::FlippedEta],
+        does: "rays through a glass sphere turn by 2 (a - b) and keep their distance from the centre",
+        stands_for: "spheres whose far side is missed, so that rays never leave them",
+        bound: "64u n / cos a: 16u for each normal and 8u for each refraction and ray origin, times n / cos a at the \
+                exit (numerics.md, Refraction)",
         run: ball_lens,
     },
     Case {
         name: "nested-media",
-        does: "water and glass that overlap by priority either way, that leave a gap, and one within the other",
-        stands_for: "dark rings where a drink meets its glass: an inside flag, or the last solid entered wins",
-        bound: "n sin is kept: 16u at each surface; hidden surfaces change no bit (numerics.md, Media)",
-        guards: &[Defect::OneMedium, Defect::NoPriority],
+        does: "water and glass that overlap with either priority, that leave a gap, and one inside the other",
+        stands_for: "dark rings where a drink meets its glass: renderers with a single inside flag, or that take the last solid entered",
+        bound: "n sin a is constant within 16u at each surface; hidden surfaces change no bit (numerics.md, Media)",
         run: nested_media,
     },
     Case {
         name: "eye-in-solids",
-        does: "eyes in glass, in water, in both, in neither: the index that the first surface sees",
-        stands_for: "cameras under water that see the world as from air",
+        does: "cameras in glass, in water, in both, in neither: the relative index at the first surface",
+        stands_for: "underwater cameras that refract as if in air",
         bound: "exact: the ratio of two f32 numbers, rounded once (2 ulp in Vulkan)",
-        guards: &[Defect::EyeInAir],
         run: eye_in_solids,
     },
     Case {
         name: "shells",
-        does: "8 and 10 nested shells of glass seen from outside, and from their middle",
-        stands_for: "media lists that overflow in silence and go on with the wrong index",
-        bound: "exact: counted if and only if more than 8 are entered (numerics.md, Media)",
-        guards: &[Defect::SilentMedia],
+        does: "8 and 10 nested shells of glass, seen from outside and from their centre",
+        stands_for: "lists of media that silently overflow and continue with the wrong index",
+        bound: "exact: an overflow is counted if and only if a ray enters more than 8 (numerics.md, Media)",
         run: shells,
     },
 ];
@@ -73,7 +67,7 @@ fn slanted(h: &mut Harness<'_>, scene: &Scene, from: f64, count: usize) -> Vec<P
 
 fn slab(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for n in [1.33f64, 1.5, 2.42] {
         let n = f64::from(n as f32);
         let mut scene = empty(vec![glass(n, Fresnel::Constant(0.0))]);
@@ -91,13 +85,13 @@ fn slab(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let d = ray.direction.normalize();
             let c = -d.z;
             let error = (out.direction - d).length() / (8.0 * u * (1.0 + n) / c);
-            figure = worst(figure, error, format!("of its bound: parallel, index {n:.2}"));
+            figure = worst(figure, error, format!("of the allowed error (parallel, index {n:.2})"));
             let (s, beyond) = ((1.0 - c * c).sqrt(), (1.0 - (1.0 - c * c) / (n * n)).sqrt());
             let expected = thickness * s * (1.0 - c / (n * beyond));
             let across = out.origin - ray.origin;
             let shift = (across - d * across.dot(d)).length();
             let error = (shift - expected).abs() / (16.0 * u + 2.0 * offset);
-            figure = worst(figure, error, format!("of its bound: shift, index {n:.2}"));
+            figure = worst(figure, error, format!("of the allowed error (shift, index {n:.2})"));
         }
     }
     Ok(figure)
@@ -105,7 +99,7 @@ fn slab(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 
 fn ball_lens(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for n in [0.8f64, 1.33, 1.5, 2.42] {
         let n = f64::from(n as f32);
         let mut scene = empty(vec![glass(n, Fresnel::Constant(0.0))]);
@@ -132,7 +126,7 @@ fn ball_lens(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             return Ok(Figure::new(
                 f64::INFINITY,
                 1.0,
-                format!("{} of {} rays go in, {} come out, index {n}", within.len(), rays.len(), after.len()),
+                format!("{} of {} rays enter, {} leave, index {n}", within.len(), rays.len(), after.len()),
             ));
         }
         for (ray, out) in rays.iter().zip(&after) {
@@ -146,9 +140,13 @@ fn ball_lens(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             // The angle from its sine and cosine: acos alone loses half the digits at 0.
             let turned = d.cross(out.direction).length().atan2(d.dot(out.direction));
             let error = (turned - 2.0 * (a - b).abs()).abs() / bound;
-            figure = worst(figure, error, format!("of its bound: angle, index {n:.2}"));
+            figure = worst(figure, error, format!("of the allowed error (angle, index {n:.2})"));
             let error = (impact(out) - height).abs() / bound;
-            figure = worst(figure, error, format!("of its bound: distance from the centre, index {n:.2}"));
+            figure = worst(
+                figure,
+                error,
+                format!("of the allowed error (distance from the centre, index {n:.2})"),
+            );
         }
     }
     Ok(figure)
@@ -188,7 +186,7 @@ fn layered(layers: &Layers) -> Scene {
 
 fn nested_media(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for (i, layers) in LAYERS.iter().enumerate() {
         let scene = layered(layers);
         let start = slanted(h, &scene, 0.5, 1000);
@@ -212,7 +210,7 @@ fn nested_media(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
                     // Each surface so far adds its own 16u, in units of n sin.
                     (n * along(after.direction) - along(d)).length() / (16.0 * u * GLASS * (face + 1) as f64)
                 };
-                figure = worst(figure, error, format!("of its bound at face {face} of layers {i}"));
+                figure = worst(figure, error, format!("of the allowed error (at face {face} of layers {i})"));
             }
             rays = next;
         }
@@ -222,7 +220,7 @@ fn nested_media(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 
 fn eye_in_solids(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     // In the overlap the water has the space: its far face is the first that light knows.
     let overlapping = layered(&LAYERS[1]);
     let within = layered(&LAYERS[4]);
@@ -243,7 +241,7 @@ fn eye_in_solids(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let eta = h.probe(&scene, &[ray])?.hits[0].map_or(f64::NAN, |hit| hit.eta);
         let expected = f64::from(here as f32) / f64::from(beyond as f32);
         let error = (eta - expected).abs() / (expected * 5.0 * u);
-        figure = worst(figure, error, format!("of its bound for an eye at z = {z}"));
+        figure = worst(figure, error, format!("of the allowed error (camera at z = {z})"));
     }
     Ok(figure)
 }
@@ -266,5 +264,5 @@ fn shells(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let counted = picture.counters.media_overflow > 0;
         wrong += usize::from(counted != (count > 8)) + usize::from(count == 8 && !lit);
     }
-    Ok(Figure::none(wrong, "of 4 views wrong"))
+    Ok(Figure::count(wrong, 4, "views wrong"))
 }

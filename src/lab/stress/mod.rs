@@ -1,6 +1,6 @@
 //! The extremes, as scenes and ray batches run on a device, each with a derived bound and the figure
-//! reached. `whitted stress` prints them; the tests run the same cases on the CPU twins, and plant
-//! the defect each case guards against to see it fail.
+//! reached. `whitted stress` prints them; `tests/stress.rs` runs the same cases on the CPU twins, and
+//! plants mistakes to see each case fail.
 
 mod camera;
 mod case;

@@ -6,41 +6,36 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, light, matte, mesh, mirror, moved, polygon, sphere};
 use crate::scene::{Face, Mesh, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "acne",
-        does: "a floor of 128 triangles and a ball under each of three lights, at world offsets 0 to 10^6; and in a corner of a scene 10^4 times their size",
-        stands_for: "surfaces that shadow themselves: black dots averaged away by antialiasing",
-        bound: "exact against the lit set in closed form, but for 0.02 pixels and the spawn offset about edges (numerics.md, Spawn origins)",
-        guards: &[Defect::WorldFrame],
+        does: "a floor of 128 triangles and a sphere under each of three lights, at world offsets 0 to 10^6, and in a corner of a scene of 10^4 times their size",
+        stands_for: "self-shadowing: shadow acne, often averaged away by anti-aliasing",
+        bound: "exact against the lit region in closed form, except within 0.02 pixels and the ray offset of edges (numerics.md, Spawn origins)",
         run: acne,
     },
     Case {
         name: "triangle-reintersect",
-        does: "rays that leave triangle pairs with vertices 10^U(-8,8), on their common edge and off it, down to grazing",
-        stands_for: "acne on flat surfaces: pbrt's Triangle.Reintersect",
-        bound: "exact: neither the triangle itself nor one that the ray rises above (numerics.md, Spawn origins)",
-        guards: &[Defect::NoIdentity, Defect::NoOffset],
+        does: "rays that leave pairs of triangles with vertices at 10^U(-8,8), on and off their common edge, down to grazing",
+        stands_for: "self-intersection of flat surfaces: pbrt's Triangle.Reintersect",
+        bound: "exact: a ray hits neither its own triangle nor one that it rises above (numerics.md, Spawn origins)",
         run: reintersect,
     },
     Case {
         name: "mirror-box",
-        does: "a closed mirror box, turned, at offsets 0, 10^4, 10^6: paths of 60 bounces",
-        stands_for: "light that leaks out of closed rooms: 0.5 % with an epsilon of 1e-4, 95 % in world coordinates at 10^6",
+        does: "a closed, rotated mirror box at offsets 0, 10^4 and 10^6: paths of 60 bounces",
+        stands_for: "light that leaks from closed rooms: 0.5 % with an epsilon of 1e-4, 95 % in world coordinates at 10^6",
         bound: "exact: no path escapes (numerics.md, Spawn origins)",
-        guards: &[Defect::WorldFrame, Defect::FixedOrigin],
         run: mirror_box,
     },
     Case {
         name: "below-surface",
-        does: "a coarse ball with smooth normals, mirrored at all angles; matte, lit from the eye",
-        stands_for: "the shadow terminator: black edges, mirrored rays that enter the surface",
-        bound: "exact: no mirrored ray below the triangle, no black pixel that the light sees (numerics.md, Shading)",
-        guards: &[Defect::BelowSurface],
+        does: "a coarse sphere with smooth normals: a mirror at all angles, and matte with the light at the camera",
+        stands_for: "the shadow terminator: black edges, reflected rays that enter the surface",
+        bound: "exact: no reflected ray below the triangle, no black pixel visible from the light (numerics.md, Shading)",
         run: below_surface,
     },
 ];
@@ -98,7 +93,7 @@ fn acne(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let r = wrong_pixels(&scene, &picture, blur, |o, d| lit_here(&scene, corner, 1e9, o, d), lit);
         (wrong, judged) = (wrong + r.0, judged + r.1);
     }
-    Ok(Figure::none(wrong, format!("wrong pixels of {judged}")))
+    Ok(Figure::count(wrong, judged, "pixels wrong"))
 }
 
 /// The same ball far off the middle of a floor of 2 10^4: local coordinates are large beside it.
@@ -175,7 +170,7 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         }
         count += again.len();
     }
-    Ok(Figure::none(wrong, format!("rays of {count} that hit what they left")))
+    Ok(Figure::count(wrong, count, "rays hit the surface they left"))
 }
 
 /// A mirror box of edges 2, 1.5, 1 about the origin, turned about two axes.
@@ -226,7 +221,7 @@ fn mirror_box(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             .collect();
         escaped += escapes(h, &scene, rays, bounces)?;
     }
-    Ok(Figure::none(escaped, format!("escapes of {} paths of {bounces} bounces", 3 * paths)))
+    Ok(Figure::count(escaped, 3 * paths, &format!("paths of {bounces} bounces escaped")))
 }
 
 /// A ball of n x 2n quads with smooth normals.
@@ -256,7 +251,7 @@ fn smooth_ball(n: usize, material: usize) -> Mesh {
 fn below_surface(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let below = mirrored_below(h)?;
     let black = black_pixels(h)?;
-    Ok(Figure::none(below + black, "mirrored rays below the surface and black pixels"))
+    Ok(Figure::none(below + black, "reflected rays below the surface, or black pixels"))
 }
 
 fn mirrored_below(h: &mut Harness<'_>) -> Result<usize, RenderError> {

@@ -6,51 +6,45 @@ use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{cuboid, empty, glass, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "equal-indices",
-        does: "glass of index 1 in air, and of 1.5 within 1.5: rays go on with the same bits and full weight",
-        stands_for: "ghost outlines of objects that have the index of what surrounds them",
-        bound: "exact: equal indices change nothing, so nothing is computed (numerics.md, Refraction)",
-        guards: &[Defect::EqualIndices],
+        does: "glass of index 1 in air, and of 1.5 inside 1.5: rays continue unchanged, bit for bit, with full weight",
+        stands_for: "visible outlines of objects whose index equals that of their surroundings",
+        bound: "exact: for equal indices the ray is not recomputed (numerics.md, Refraction)",
         run: equal_indices,
     },
     Case {
         name: "critical-angle",
         does: "rays at the critical angle -+ 10^-k, k = 1..8 (16 in f64), from indices 1.33, 1.5, 2.42 and 1000",
-        stands_for: "dark or bright rings where total internal reflection is missed or begins too early",
-        bound: "decision right outside |k| <= K, cosine within min(sqrt K, K / cos) + (4 eta + 8) u, \
-                K = (4 eta + 16) u: roundings of d + c n scaled by eta, squared (numerics.md, Refraction)",
-        guards: &[Defect::ClampedCritical],
+        stands_for: "dark or bright rings where total internal reflection is missed or starts too early",
+        bound: "right decision for |k| > K, cosine within min(sqrt K, K / cos) + (4 eta + 8) u, with \
+                K = (4 eta + 16) u from the roundings of d + c n, scaled by eta and squared (numerics.md, Refraction)",
         run: critical_angle,
     },
     Case {
         name: "snell",
-        does: "random rays on random normals from both sides, indices 10^U(-3, 3): Snell's law as vectors",
+        does: "random rays and normals from both sides, indices 10^U(-3, 3): Snell's law for vectors",
         stands_for: "refracted rays that leave the plane of incidence or lose their unit length at extreme indices",
-        bound: "unit length 4u; |T_tan - eta I_tan| <= (6 max(1, eta) + 10) u: roundings of eta (d + c n) and of \
-                the normalisation (numerics.md, Refraction)",
-        guards: &[Defect::FlippedEta, Defect::CosineForm],
+        bound: "unit length within 4u; |T_tan - eta I_tan| <= (6 max(1, eta) + 10) u, from the roundings of \
+                eta (d + c n) and of the normalisation (numerics.md, Refraction)",
         run: snell,
     },
     Case {
         name: "fresnel",
-        does: "share of reflection from both sides, exact and Schlick, indices 1e-3 to 1e3, normal to grazing",
-        stands_for: "Schlick with the wrong cosine inside glass (off by up to 0.96), edges that do not go white",
-        bound: "16u + 2^-24 (stored in f32) + change of the law when its cosines move by their own roundings (numerics.md, Refraction)",
-        guards: &[Defect::SchlickInside],
+        does: "reflectance from both sides, exact and Schlick, indices 1e-3 to 1e3, from normal to grazing incidence",
+        stands_for: "Schlick with the wrong cosine inside glass (off by up to 0.96), no full reflection at grazing angles",
+        bound: "16u + 2^-24 (stored in f32) + the change of the reflectance by the rounding of its cosines (numerics.md, Refraction)",
         run: fresnel_share,
     },
     Case {
         name: "thin-sheet",
-        does: "a sheet of glass in a scene without solids reflects as one in a scene with a solid",
-        stands_for: "features specialised away together with what still needs them",
-        bound: "as `fresnel`, and the refracted ray keeps its bits",
-        guards: &[Defect::SchlickInside],
+        does: "a sheet of glass reflects the same in scenes with and without a solid",
+        stands_for: "kernels specialised so far that they lose code that is still needed",
+        bound: "as for `fresnel`, and the refracted ray does not change",
         run: thin_sheet,
     },
 ];
@@ -109,7 +103,7 @@ fn equal_indices(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
                 .collect();
         }
     }
-    Ok(Figure::none(wrong + usize::from(crossed == 0), format!("rays changed of {crossed}")))
+    Ok(Figure::count(wrong + usize::from(crossed == 0), crossed, "rays changed"))
 }
 
 /// What the squared cosine beyond may be off by, for a relative index `eta`.
@@ -126,7 +120,7 @@ fn cosine_error(u: f64, eta: f64, k: f64) -> f64 {
 fn critical_angle(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
     let steps = if u < 1e-10 { 16 } else { 8 };
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for n in [1.33, 1.5, 2.42, 1000.0] {
         // A constant share: any other law goes to 1 at the critical angle by itself.
         let scene = block(n, Fresnel::Constant(0.25));
@@ -157,7 +151,7 @@ fn critical_angle(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             if let (Some(t), true) = (c.transmitted, k > 0.0) {
                 let error = (-t.dot(c.normal) - k.sqrt()).abs();
                 let bound = cosine_error(u, c.eta, k) + (4.0 * c.eta + 8.0) * u;
-                figure = worst(figure, error / bound, format!("of its bound, index {n}"));
+                figure = worst(figure, error / bound, format!("of the allowed error (index {n})"));
             }
         }
     }
@@ -189,27 +183,31 @@ fn random_crossings(
 
 fn snell(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for i in 0..13 {
         let n = 10f64.powf(-3.0 + 0.5 * f64::from(i));
         for c in random_crossings(h, n, Fresnel::Constant(0.25), 4000)? {
             let Some(t) = c.transmitted else { continue };
             let off = (t.length() - 1.0).abs() / (4.0 * u);
-            figure = worst(figure, off, format!("of its bound: unit length, index {n:.3}"));
+            figure = worst(figure, off, format!("of the allowed error (unit length, index {n:.3})"));
             let along = t - c.normal * t.dot(c.normal);
             let k = c.squared_cosine_beyond();
             if k > squared_cosine_error(u, c.eta) {
                 let error = (along - c.eta * c.along()).length() / ((6.0 * c.eta.max(1.0) + 10.0) * u);
-                figure = worst(figure, error, format!("of its bound: Snell, index {n:.3}, eta {:.3}", c.eta));
+                figure = worst(
+                    figure,
+                    error,
+                    format!("of the allowed error (Snell, index {n:.3}, eta {:.3})", c.eta),
+                );
             }
             let sum = c.weights.iter().sum::<f64>();
             figure = worst(
                 figure,
                 (sum - 1.0).abs() / 2f64.powi(-23),
-                format!("of its bound: weights, index {n:.3}"),
+                format!("of the allowed error (weights, index {n:.3})"),
             );
             figure =
-                worst(figure, if t.dot(c.normal) < 4.0 * u { 0.0 } else { 2.0 }, "ray on the wrong side");
+                worst(figure, if t.dot(c.normal) < 4.0 * u { 0.0 } else { 2.0 }, "a ray on the wrong side");
         }
     }
     Ok(figure)
@@ -232,12 +230,12 @@ fn sensitivity(law: Fresnel, c: &Crossing, u: f64) -> f64 {
 fn share_figure(figure: Figure, law: Fresnel, c: &Crossing, u: f64) -> Figure {
     let error = (c.share - fresnel(law, c.n1, c.n2, c.cosine())).abs();
     let bound = 16.0 * u + 2f64.powi(-24) + sensitivity(law, c, u);
-    worst(figure, error / bound, format!("of its bound: {law:?}, {} to {}", c.n1, c.n2))
+    worst(figure, error / bound, format!("of the allowed error ({law:?}, {} to {})", c.n1, c.n2))
 }
 
 fn fresnel_share(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for law in [Fresnel::Exact, Fresnel::Schlick] {
         for n in [1e-3, 0.5, 1.000_1, 1.33, 1.5, 2.42, 1e3] {
             for c in random_crossings(h, n, law, 2000)? {
@@ -256,14 +254,18 @@ fn fresnel_share(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let rays: Vec<_> = known.iter().map(|(a, _)| ProbeRay::new(above, h.round(at(*a)))).collect();
     for (c, (degrees, share)) in crossings(h, &scene, &rays)?.iter().zip(known) {
         let bound = 16.0 * u + 2f64.powi(-24) + sensitivity(Fresnel::Exact, c, u);
-        figure = worst(figure, (c.share - share).abs() / bound, format!("of its bound at {degrees} degrees"));
+        figure = worst(
+            figure,
+            (c.share - share).abs() / bound,
+            format!("of the allowed error (at {degrees} degrees)"),
+        );
     }
     Ok(figure)
 }
 
 fn thin_sheet(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
-    let mut figure = Figure::new(0.0, 1.0, "of its bound");
+    let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for law in [Fresnel::Exact, Fresnel::Schlick] {
         for (ior, solid) in [(1.5, false), (1.5, true), (0.6, true), (1000.0, false)] {
             let mut scene = empty(vec![glass(ior, law)]);
@@ -290,7 +292,7 @@ fn thin_sheet(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
                 let straight = c.transmitted.is_none_or(|t| t == c.incident);
                 c.eta = 1.0 / c.n2;
                 figure = share_figure(figure, law, &c, u);
-                figure = worst(figure, if straight { 0.0 } else { 2.0 }, "ray bent by a sheet");
+                figure = worst(figure, if straight { 0.0 } else { 2.0 }, "a ray bent by a sheet");
             }
             if law == Fresnel::Schlick {
                 figure = inside_sheet(h, figure, ior)?;

@@ -6,49 +6,44 @@ use crate::lab::probe::{ProbeHit, ProbeRay};
 use crate::render::RenderError;
 use crate::scene::procedural::shapes::{empty, glass, matte, mirror, polygon, sphere};
 use crate::scene::{Fresnel, Scene};
-use crate::settings::defect::Defect;
+use crate::units::grouped;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "sphere-distance",
-        does: "a unit sphere seen from 10 to 10^7 radii, rays aimed all over it",
-        stands_for: "POV-Ray's and others' quadratic formula: a quarter of the hits lost from 10^4 radii",
-        bound: "0 wrong hits where |b - r| > 4u D; t within 16u t in single, 8u t in double length, plus what 4u D does to the root (numerics.md, Spheres)",
-        guards: &[Defect::NaiveQuadratic],
+        does: "a unit sphere hit all over from 10 to 10^7 radii away",
+        stands_for: "the quadratic formula of POV-Ray and others, which loses a quarter of the hits from 10^4 radii",
+        bound: "no wrong hit where |b - r| > 4u D; t within 16u t in single precision and 8u t in double-length, plus the effect of 4u D on the root (numerics.md, Spheres)",
         run: distance,
     },
     Case {
         name: "sphere-planet",
-        does: "a planet of radius 10^6 seen from heights 10^-4 to 10^2, a bead of 10^-3 seen from 10^3",
-        stands_for: "planets in single precision: t wrong by 9 % (numerics.md, Spheres), beads that vanish",
-        bound: "8u t (numerics.md, Spheres), plus what 16u^2 of the way to the rim does to the root; 0 wrong hits farther from the rim",
-        guards: &[Defect::NoWide],
+        does: "a planet of radius 10^6 seen from heights 10^-4 to 10^2, and a bead of radius 10^-3 seen from distance 10^3",
+        stands_for: "planets in single precision, where t is wrong by 9 % (numerics.md, Spheres); beads that vanish",
+        bound: "8u t (numerics.md, Spheres), plus the effect of 16u^2 of the distance from the rim on the root; no wrong hit farther from the rim",
         run: planet,
     },
     Case {
         name: "sphere-roots",
-        does: "all four roots of two spheres by respawning; from the centre, from just inside, from the surface inward and outward",
-        stands_for: "renderers that take the smaller root: no way out of a glass ball",
-        bound: "16u t and the spawn offset by respawning, 8u r for chords (numerics.md, Spheres), from near the surface as for sphere-distance; each wrong hit counts as infinite",
-        guards: &[Defect::SmallerRoot],
+        does: "all four intersections with two spheres, one ray after the other; rays from the centre, from just inside, and from the surface inward and outward",
+        stands_for: "renderers that always take the smaller root: rays never leave a glass sphere",
+        bound: "16u t and the ray offset from intersection to intersection, 8u r for chords (numerics.md, Spheres), from near the surface as for `sphere-distance`; a wrong hit counts as infinite",
         run: roots,
     },
     Case {
         name: "sphere-rim",
-        does: "rays past the rim at b = r (1 -+ 2^-k), k = 1..30, from 2 to 10^4 radii",
-        stands_for: "ragged silhouettes: a discriminant that cancels",
+        does: "rays near the rim, at b = r (1 -+ 2^-k), k = 1..30, from 2 to 10^4 radii",
+        stands_for: "ragged silhouettes from cancellation in the discriminant",
         bound: "exact where |b - r| > 4u D (numerics.md, Spheres)",
-        guards: &[Defect::NaiveQuadratic],
         run: rim,
     },
     Case {
         name: "sphere-reintersect",
-        does: "rays that leave spheres of r = 10^U(-4,4) among origins 10^U(-8,8), down to grazing, both sides",
-        stands_for: "black dots on balls: pbrt's FullSphere.Reintersect",
-        bound: "exact: outward none, inward all hit their own sphere (numerics.md, Spheres)",
-        guards: &[Defect::NoIdentity],
+        does: "rays that leave spheres of radius 10^U(-4,4) at positions 10^U(-8,8) on both sides, down to grazing",
+        stands_for: "shadow acne on spheres: pbrt's FullSphere.Reintersect",
+        bound: "exact: no outward ray and every inward ray hits its own sphere (numerics.md, Spheres)",
         run: reintersect,
     },
 ];
@@ -129,9 +124,9 @@ fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize
 /// The worse of wrong hits and the error of t.
 fn verdict(wrong: usize, worst: f64, rays: usize) -> Figure {
     if wrong > 0 {
-        return Figure::none(wrong, format!("wrong hits of {rays} rays"));
+        return Figure::count(wrong, rays, "rays wrong");
     }
-    Figure::new(worst, 1.0, format!("of the bound on t, greatest of {rays} rays"))
+    Figure::share(worst, &format!("worst of {} rays", grouped(rays as u64)))
 }
 
 fn distance(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -238,7 +233,7 @@ fn error_at(hit: &Option<ProbeHit>, id: u32, t: f64) -> f64 {
 fn roots(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let two = two_roots(h)?;
     let one = inside_roots(h)?;
-    Ok(Figure::new(two.max(one), 1.0, "of the bound on t, greatest of 6005 rays"))
+    Ok(Figure::share(two.max(one), "worst of 6,005 rays"))
 }
 
 /// Two glass spheres of radius 1 at z = 0 and 3: a ray through their centres meets -1, 1, 2, 4.
@@ -366,5 +361,5 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         wrong += next.iter().zip(&hits).filter(|(n, hit)| hit.is_some_and(|h| h.id == own) != n.0).count();
         count += again.len();
     }
-    Ok(Figure::none(wrong, format!("rays of {count} that hit or miss their own sphere wrongly")))
+    Ok(Figure::count(wrong, count, "rays wrong at their own sphere"))
 }

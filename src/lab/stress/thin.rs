@@ -6,57 +6,50 @@ use crate::lab::probe::ProbeRay;
 use crate::render::RenderError;
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{cuboid, empty, matte, mesh, moved, room};
-use crate::settings::defect::Defect;
 use glam::DVec3;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
     Case {
         name: "tiny-triangles",
-        does: "legs 2e-4, 1e-10, 1e-18 as scenes of their own from distance 1; 2^-12 to 2^-60 around the middle of a unit scene; turned ones of 2^-15 all over it",
+        does: "triangles with legs of 2e-4, 1e-10 and 1e-18 alone at distance 1, with legs of 2^-12 to 2^-60 in the middle of a unit scene, and rotated ones of 2^-15 all over it",
         stands_for: "a determinant epsilon that loses small triangles: tinybvh PR 283",
-        bound: "no misses where the ray is inside by 26u of the reach (Woop's roundings), t within 4u along an axis, where only t rounds (numerics.md, Triangles)",
-        guards: &[Defect::MoellerTrumbore],
+        bound: "no miss where the ray is inside by more than Woop's roundings, 26u of the coordinates; t within 4u along an axis, where only t rounds (numerics.md, Triangles)",
         run: |h| Ok(tiny_triangle(h)?.worse(tiny_in_scene(h)?)),
     },
     Case {
         name: "slivers",
-        does: "triangles of length 1 and height 1e-3, 1e-4, 1e-5 in all directions",
-        stands_for: "lost and misplaced hits on slivers, and their noisy normals",
-        bound: "misses none; t within 64u/h relative (weights carry u/h, numerics.md, Triangles); stored normal within 4u of f64",
-        guards: &[Defect::MoellerTrumbore],
+        does: "triangles of length 1 and height 1e-3, 1e-4, 1e-5 in all orientations",
+        stands_for: "lost or misplaced hits on slivers, and noisy normals",
+        bound: "no miss; relative error of t within 64u/h (weights have an error of u/h, numerics.md, Triangles); stored normal within 4u of f64",
         run: slivers,
     },
     Case {
         name: "no-area",
-        does: "pbrt's BadCase triangle, and 500 triangles with three corners on a line",
-        stands_for: "pbrt's Triangle.BadCases: a triangle without area that is hit",
-        bound: "exact: dropped and counted, hit by nothing (numerics.md, Triangles)",
-        guards: &[Defect::KeepDegenerate],
+        does: "pbrt's BadCase triangle, and 500 triangles with three collinear vertices",
+        stands_for: "pbrt's Triangle.BadCases: hits on a triangle without area",
+        bound: "exact: ignored and counted, never hit (numerics.md, Triangles)",
         run: no_area,
     },
     Case {
         name: "in-plane",
-        does: "rays within a triangle's plane and along its edges; rays along the faces and edges of a cube",
-        stands_for: "NaN and stray hits at zero determinants; tinybvh 282's octant of -0",
-        bound: "exact: small dyadic numbers, nothing rounds; the plane's triangle is missed, the cube's side is hit at its t",
-        guards: &[Defect::Octant],
+        does: "rays in a triangle's plane and along its edges; rays along the faces and edges of a cube",
+        stands_for: "NaN and false hits at zero determinants; -0 in the wrong octant (tinybvh 282)",
+        bound: "exact, since small dyadic numbers do not round: the triangle is missed, the side of the cube is hit at its t",
         run: in_plane,
     },
     Case {
         name: "hit-point",
-        does: "a unit triangle at (98304.7531, -50000.2718, 70000.5772), 256 rays from (0, 0, -1) in front of it",
+        does: "a unit triangle at (98304.7531, -50000.2718, 70000.5772), hit by 256 rays from distance 1",
         stands_for: "Embree's TriangleHit",
-        bound: "weights, t and point within 16 ulp, normal exact (numerics.md, Triangles)",
-        guards: &[Defect::WorldFrame],
+        bound: "weights, t and hit point within 16 ulp, normal exact (numerics.md, Triangles)",
         run: hit_point,
     },
     Case {
         name: "huge-coordinates",
-        does: "the room scaled by 10^12, 10^18, 10^20, 10^30, 10^150, 10^-30 and 10^-150, against the same numbers times a power of two",
-        stands_for: "overflow: Woop's test returns t = NaN at coordinates of 1e19 in f32",
-        bound: "exact image, finite, counters zero (numerics.md, Triangles)",
-        guards: &[Defect::WorldFrame],
+        does: "the room scaled by 10^12, 10^18, 10^20, 10^30, 10^150, 10^-30 and 10^-150, compared with the same numbers times a power of two",
+        stands_for: "overflow: Woop's test returns t = NaN for coordinates of 1e19 in f32",
+        bound: "exact: the same image, finite, with all counters zero (numerics.md, Triangles)",
         run: huge_coordinates,
     },
 ];
@@ -139,7 +132,7 @@ fn tiny_in_scene(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         missed += usize::from(!hit.is_some_and(|hit| hit.t <= far && (hit.id == *id as u32 || hit.t <= t)));
     }
     let enough = sure > 5_000;
-    Ok(Figure::none(missed + usize::from(!enough), format!("misses of {sure} certain hits")))
+    Ok(Figure::count(missed + usize::from(!enough), sure, "certain hits missed"))
 }
 
 fn slivers(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -192,16 +185,16 @@ fn slivers(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         }
         let few = usize::from(sure < 1_000);
         worst = worst
-            .worse(Figure::none(missed + few, format!("misses of {sure} certain hits, h = {height:e}")))
+            .worse(Figure::count(missed + few, sure, &format!("certain hits missed, height {height:e}")))
             .worse(Figure::new(
                 t_error,
                 64.0 * (u + 2f64.powi(-53)) / height,
-                format!("error of t, h = {height:e}"),
+                format!("relative error of t, height {height:e}"),
             ))
             .worse(Figure::new(
                 normal_error,
                 4.0 * u + 8.0 * 2f64.powi(-53) / height,
-                format!("error of the normal, h = {height:e}"),
+                format!("error of the normal, height {height:e}"),
             ));
     }
     Ok(worst)
@@ -242,7 +235,7 @@ fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let scene = soup(&triangles);
     wrong += h.probe(&scene, &rays)?.hits.iter().flatten().filter(|h| h.id > 1).count();
     wrong += usize::from(h.picture(&scene)?.counters.degenerate_triangles != 500);
-    Ok(Figure::none(wrong, format!("hits of {} rays and wrong counts", rays.len() + 1)))
+    Ok(Figure::count(wrong, rays.len() + 1, "rays hit, or triangles not counted"))
 }
 
 /// Rays in the plane of a tilted triangle whose arithmetic is exact: the direction's largest component
@@ -308,7 +301,7 @@ fn in_plane(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let all = local.iter().filter_map(|t| inclusive(t, ray.origin, ray.direction));
         wrong += usize::from(hit.map_or(f64::INFINITY, |h| h.t) != all.fold(f64::INFINITY, f64::min));
     }
-    Ok(Figure::none(wrong, format!("wrong hits of {count} rays")))
+    Ok(Figure::count(wrong, count, "rays wrong"))
 }
 
 fn hit_point(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -325,7 +318,7 @@ fn hit_point(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let ulp = 2.0 * h.u();
     let mut worst = 0f64;
     for (w, hit) in ways.iter().zip(hits) {
-        let Some(hit) = hit else { return Ok(Figure::new(f64::INFINITY, 16.0, "ulp: a miss")) };
+        let Some(hit) = hit else { return Ok(Figure::new(f64::INFINITY, 16.0, "a ray missed")) };
         let point = corner + DVec3::new(w[0], w[1], 0.0) * scale;
         let errors = [
             (hit.t - 1.0).abs(),
@@ -336,7 +329,7 @@ fn hit_point(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         ];
         worst = errors.into_iter().fold(worst, f64::max);
     }
-    Ok(Figure::new(worst / ulp, 16.0, "ulp, of weights, t and point"))
+    Ok(Figure::new(worst / ulp, 16.0, "ulp, error of weights, t and hit point"))
 }
 
 fn huge_coordinates(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
@@ -352,5 +345,5 @@ fn huge_coordinates(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         wrong += a.linear.iter().zip(&b.linear).filter(|(p, q)| p != q || bad(p)).count();
         wrong += usize::from(a.counters != crate::report::Counters::default());
     }
-    Ok(Figure::none(wrong, "pixels and counters that differ"))
+    Ok(Figure::none(wrong, "pixels or counters differ"))
 }

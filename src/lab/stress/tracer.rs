@@ -2,8 +2,9 @@
 
 use crate::kernel::abi;
 use crate::lab::probe::{ProbeRay, Probed, probe_twins};
-use crate::plan::{self, Limits, Plan};
-use crate::prepare::pack;
+use crate::plan::{Limits, PlannedScene};
+use crate::prepare::Recipe;
+use crate::prepare::local_frame::LocalFrame;
 use crate::reference::twin;
 use crate::render::{RenderError, Renderer};
 use crate::report::{Counters, DepthInfo, RayInfo};
@@ -30,6 +31,10 @@ pub trait Tracer {
     -> Result<Probed, RenderError>;
     /// Tests every primitive (`true`), walks the hierarchy (`false`), or chooses by the scene's size.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
+    /// The frame that the kernels see `scene` in.
+    fn frame(&self, scene: &Scene) -> LocalFrame {
+        LocalFrame::of(scene)
+    }
 }
 
 impl Tracer for Renderer {
@@ -50,9 +55,13 @@ impl Tracer for Renderer {
     fn force_brute_force(&mut self, brute_force: Option<bool>) {
         Renderer::force_brute_force(self, brute_force);
     }
+
+    fn frame(&self, scene: &Scene) -> LocalFrame {
+        Renderer::frame(self, scene)
+    }
 }
 
-/// The CPU twins of the kernels. They know no planted defects.
+/// The CPU twins of the kernels.
 #[derive(Debug, Default)]
 pub struct Twins {
     brute_force: Option<bool>,
@@ -60,14 +69,11 @@ pub struct Twins {
 
 impl Tracer for Twins {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let packed = pack(
-            scene,
-            settings,
-            plan::brute_force_max(self.brute_force, settings, &Limits::LAVAPIPE, false),
-        );
-        let plan = Plan::new(&packed, settings, &Limits::LAVAPIPE)?;
-        let (linear, counts) = twin::render(&packed, scene, settings, &plan)
-            .ok_or(RenderError::TooManyRays { pixel: None, capacity: plan.capacity })?;
+        let planned =
+            PlannedScene::for_twins(Recipe::of(scene), scene, settings, &Limits::LAVAPIPE, self.brute_force);
+        let packed = &planned.packed;
+        let (linear, counts) = twin::render(packed, scene, settings, planned.plan()?)
+            .ok_or(RenderError::TooManyRays { pixel: None, capacity: planned.plan()?.capacity })?;
         let count = |i: u32| counts.counters[i as usize];
         let counters = Counters {
             degenerate_triangles: packed.degenerate_triangles,

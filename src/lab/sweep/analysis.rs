@@ -1,16 +1,16 @@
-//! What rows say together: the front of time against error, the cheapest point for an error, the slope of
-//! error against samples, and whether twice the samples take twice the time.
+//! Statistics over the rows: the Pareto front of time and error, the fastest point for an error, the slope of error
+//! against samples, and the cost of twice the samples.
 
 use super::row::{ErrorInfo, Row};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The cheapest point that keeps an error.
+/// The fastest point with at most a given error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cheapest {
-    /// RMSE asked for.
+    /// Greatest RMSE allowed.
     pub error: f64,
-    /// The row's name; `None` if no point keeps it.
+    /// Name of the row; `None` if no row has so small an error.
     pub name: Option<String>,
     /// Its render seconds.
     pub seconds: Option<f64>,
@@ -18,24 +18,24 @@ pub struct Cheapest {
     pub rmse: Option<f64>,
 }
 
-/// A line through log error against log samples.
+/// A power law fitted to the sampling error against samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
-    /// What the points of the line share, in words.
+    /// The settings that its points share, in words.
     pub line: String,
     /// `random`, `stratified` or `owen`.
     pub sampler: String,
-    /// Points fitted.
+    /// Number of points fitted.
     pub points: usize,
-    /// Of the sampling error, the limit taken off.
+    /// Exponent of the sampling error, bias subtracted.
     pub fitted: f64,
-    /// Standard error of `fitted`, from the points' distance to the line.
+    /// Standard error of `fitted`, from the residuals; `None` with two points.
     pub uncertainty: Option<f64>,
-    /// What theory says.
+    /// Exponent in theory, in words.
     pub theory: String,
 }
 
-/// The same settings with n and 2n samples.
+/// Device times of the same settings with n and 2n samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Doubling {
     /// The row with n samples.
@@ -46,22 +46,22 @@ pub struct Doubling {
     pub seconds: f64,
     /// Device seconds of 2n.
     pub seconds_twice: f64,
-    /// Their ratio; 2 is predicted.
+    /// `seconds_twice` / `seconds`; 2 is expected.
     pub ratio: f64,
 }
 
 impl Doubling {
-    /// True if measured is within 20 % of predicted.
+    /// True if the ratio is within 20 % of 2.
     pub fn holds(&self) -> bool {
         (self.ratio / 2.0 - 1.0).abs() <= 0.2
     }
 }
 
-/// An error lower by less than this share is not lower.
+/// Relative improvement below which an error does not count as lower.
 const SAME: f64 = 0.01;
 
-/// The (time, error) pairs that no other beats in both; by time. Of equal pairs the first counts, and a
-/// slower one has to be better by `SAME`.
+/// Indices of the Pareto front of (time, error) pairs, by time. Of equal pairs the first counts; a slower pair has
+/// to be better by more than `SAME`.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|i| points[*i].0.is_finite() && points[*i].1.is_finite()).collect();
@@ -95,7 +95,7 @@ pub fn cheapest(rows: &[Row], errors: &[f64]) -> Vec<Cheapest> {
     errors.iter().map(one).collect()
 }
 
-/// Least squares through the points: slope, and its standard error if three points or more say one.
+/// Slope of the least-squares line, and its standard error from three points on.
 pub fn fit(points: &[(f64, f64)]) -> Option<(f64, Option<f64>)> {
     let n = points.len() as f64;
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
@@ -109,7 +109,7 @@ pub fn fit(points: &[(f64, f64)]) -> Option<(f64, Option<f64>)> {
     Some((slope, (points.len() > 2).then(|| (rest / (n - 2.0) / sxx).sqrt())))
 }
 
-/// What theory says of a sampler's RMSE against samples (Owen, "Monte Carlo Theory, Methods and Examples",
+/// Exponent of a sampler's RMSE against samples in theory, in words and at edges (Owen, "Monte Carlo Theory, Methods and Examples",
 /// chapters 10 and 17; on edges Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
 pub fn theory(sampler: &str) -> (&'static str, f64) {
     match sampler {
@@ -119,22 +119,22 @@ pub fn theory(sampler: &str) -> (&'static str, f64) {
     }
 }
 
-/// Rows that differ in samples and seed alone.
+/// Rows that differ in samples and seed only.
 #[derive(Debug, Clone)]
 pub struct Line {
     /// One of them.
     pub row: Row,
-    /// (samples, sampling error), by samples; seeds averaged as squares.
+    /// (samples, sampling error), by samples; root mean square over seeds.
     pub points: Vec<(f64, f64)>,
 }
 
-/// All lines, without the one sample at the pixel's centre, which is no random sample, and without errors
-/// that the truth's own noise drowns.
+/// All lines, without one-sample rows, whose sample lies at the pixel's centre, and without errors smaller than the
+/// truth's own standard error.
 pub fn lines(rows: &[Row]) -> Vec<Line> {
     let mut groups: BTreeMap<String, Vec<(&Row, f64)>> = BTreeMap::new();
     for row in rows.iter().filter(|r| r.point.samples > 1) {
-        let drowned = |e: &ErrorInfo| e.sampling.filter(|s| *s > e.truth);
-        if let Some(sampling) = row.error.as_ref().and_then(drowned) {
+        let above_noise = |e: &ErrorInfo| e.sampling.filter(|s| *s > e.truth);
+        if let Some(sampling) = row.error.as_ref().and_then(above_noise) {
             let key = serde_json::to_string(&row.point.line()).unwrap_or_default();
             groups.entry(key).or_default().push((row, sampling));
         }

@@ -1,4 +1,4 @@
-//! `--over AXIS=VALUES`: what a sweep varies.
+//! `--over AXIS=VALUES`: the axes of a sweep.
 
 use super::point::{Law, Point, Spheres};
 use crate::scene::{Fresnel, Scene};
@@ -15,7 +15,7 @@ const MAX_FREQUENCY: u32 = 256;
 /// Most points of a grid: more would take days.
 pub const MAX_POINTS: usize = 100_000;
 
-/// The axes there are, with what their values may be.
+/// All axes, each with its rule for values.
 pub const AXES: [(&str, &str); 9] = [
     ("samples", "whole numbers from 1, or a range such as 1..256 (the powers of two in it)"),
     ("sampler", "random, stratified, owen, or all"),
@@ -61,7 +61,7 @@ pub struct Axis {
     pub name: &'static str,
     /// In the order given.
     pub values: Vec<Value>,
-    /// True if the values are `all` there are; then those that a device lacks are left out.
+    /// True if `all` values were asked for; those that the device does not support are then left out.
     pub all: bool,
 }
 
@@ -73,12 +73,12 @@ impl FromStr for Axis {
             format!("write an axis and its values, such as samples=1..64; the axes are\n{}", listing())
         })?;
         let Some((name, rule)) = AXES.iter().find(|(known, _)| *known == name) else {
-            return Err(format!("there is no axis `{name}`; the axes are\n{}", listing()));
+            return Err(format!("unknown axis `{name}`; the axes are\n{}", listing()));
         };
         let mut axis = Axis { name, values: Vec::new(), all: list == "all" };
         for word in list.split(',') {
             let values = values(name, word.trim());
-            let values = values.ok_or_else(|| format!("`{word}` is no value of {name}: write {rule}"))?;
+            let values = values.ok_or_else(|| format!("`{word}` is not a value of {name}: write {rule}"))?;
             for value in values {
                 if !axis.values.contains(&value) {
                     axis.values.push(value);
@@ -94,7 +94,7 @@ pub fn listing() -> String {
     AXES.map(|(name, rule)| format!("  {name}={rule}")).join("\n")
 }
 
-/// The values that one word stands for; `None` if it stands for none.
+/// The values that one word means; `None` if it is not a value.
 fn values(axis: &str, word: &str) -> Option<Vec<Value>> {
     let one = |value| Some(vec![value]);
     let whole = |most| numbers(word, most);
@@ -205,10 +205,10 @@ pub fn grid(scene: &Scene, axes: &[Axis]) -> Result<Vec<Point>, String> {
     let mut points = vec![Point::of(scene)];
     for (i, axis) in axes.iter().enumerate() {
         if axes[..i].iter().any(|other| other.name == axis.name) {
-            return Err(format!("the axis `{}` is named twice; put all its values into one list", axis.name));
+            return Err(format!("the axis `{}` is given twice; put all its values into one list", axis.name));
         }
         if points.len().saturating_mul(axis.values.len()) > MAX_POINTS {
-            return Err(format!("the axes make more than {MAX_POINTS} points; take fewer values"));
+            return Err(format!("the axes give more than {MAX_POINTS} settings; use fewer values"));
         }
         points = points.iter().flat_map(|p| axis.values.iter().map(|v| p.with(*v))).collect();
     }
@@ -275,7 +275,9 @@ mod tests {
     #[test]
     fn mistakes_are_told_with_what_there_is() {
         let error = |text: &str| text.parse::<Axis>().unwrap_err();
-        assert!(error("sample=1").contains("samples=") && error("sample=1").contains("no axis `sample`"));
+        assert!(
+            error("sample=1").contains("samples=") && error("sample=1").contains("unknown axis `sample`")
+        );
         assert!(error("samples").contains("such as samples=1..64"));
         for bad in [
             "samples=",

@@ -2,14 +2,20 @@
 
 pub mod analysis;
 pub mod axes;
+mod folder;
+mod judging;
+mod keys;
 pub mod page;
+mod plan;
 pub mod point;
 pub mod record;
 pub mod row;
 mod run;
+mod timing;
 mod trace;
 pub mod truth;
 
+pub use plan::{Plan, Watch};
 pub use record::Record;
-pub use run::{Plan, Watch, run};
+pub use run::run;
 pub use trace::SweepError;

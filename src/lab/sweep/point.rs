@@ -16,7 +16,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// As the command line and the rows spell it.
+    /// Its name on the command line and in rows.
     pub fn name(self) -> String {
         match self {
             Law::Scene => "scene".into(),
@@ -27,17 +27,17 @@ impl Law {
     }
 }
 
-/// What becomes of the scene's spheres.
+/// How the scene's spheres are represented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spheres {
-    /// They stay what they are.
+    /// As spheres.
     Analytic,
-    /// Each becomes a geodesic mesh of this frequency: 20 n^2 triangles, smooth normals.
+    /// As geodesic meshes of this frequency: 20 n^2 triangles with smooth normals.
     Mesh(u32),
 }
 
 impl Spheres {
-    /// As the command line and the rows spell it.
+    /// Its name on the command line and in rows.
     pub fn name(self) -> String {
         match self {
             Spheres::Analytic => "analytic".into(),
@@ -46,46 +46,46 @@ impl Spheres {
     }
 }
 
-/// One point of the grid. What is not here (size, scheduling) is the same for the whole sweep.
+/// One point of the grid. Size and scheduling are the same for the whole sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Per pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// How they are spread.
+    /// Sampler.
     pub sampler: Sampler,
     /// Rays in the longest path.
     pub depth: u32,
-    /// Rays with less throughput are not spawned.
+    /// Rays with a smaller throughput are not spawned.
     pub cutoff: f32,
     /// Arithmetic.
     pub precision: Precision,
     /// Where secondary rays start.
     pub origin: Origin,
-    /// Of the sampler.
+    /// Seed of the sampler.
     pub seed: u32,
     /// Fresnel law.
     pub fresnel: Law,
-    /// Analytic or meshed.
+    /// Representation of spheres.
     pub spheres: Spheres,
 }
 
-/// The same in words, for files.
+/// A [`Point`] in words, for files.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Words {
-    /// Per pixel.
+    /// Samples per pixel.
     pub samples: u32,
     /// `random`, `stratified` or `owen`.
     pub sampler: String,
     /// Rays in the longest path.
     pub depth: u32,
-    /// Least throughput of a ray that is spawned.
+    /// Rays with a smaller throughput are not spawned.
     pub cutoff: f32,
     /// `fast`, `robust` or `f64`.
     pub precision: String,
     /// `bound` or `fixed:X`.
     pub origin: String,
-    /// Of the sampler.
+    /// Seed of the sampler.
     pub seed: u32,
     /// `scene`, `exact`, `schlick` or `constant:F`.
     pub fresnel: String,
@@ -154,12 +154,12 @@ impl Point {
 }
 
 impl Words {
-    /// All of it but samples, sampler and seed: what the image becomes with infinitely many samples.
+    /// Without samples, sampler and seed: the settings that determine the bias.
     pub fn limit(&self) -> Words {
         Words { samples: 0, sampler: String::new(), seed: 0, ..self.clone() }
     }
 
-    /// All of it but samples and seed: settings that lie on one line of error against samples.
+    /// Without samples and seed: settings that lie on one line of error against samples.
     pub fn line(&self) -> Words {
         Words { samples: 0, seed: 0, ..self.clone() }
     }

@@ -1,4 +1,4 @@
-//! `sweep.json` and `sweep.csv`.
+//! The record of a sweep, as written to `sweep.json` and `sweep.csv`.
 
 use super::analysis::{Cheapest, Doubling, Slope, cheapest, doublings, front, slopes};
 use super::row::Row;
@@ -7,46 +7,46 @@ use crate::report::{DeviceInfo, ProgramInfo};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// All that a sweep found.
+/// All results of a sweep.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Record {
-    /// Program.
+    /// Version of the program.
     pub program: ProgramInfo,
-    /// Device of the times.
+    /// Device that rendered the points.
     pub device: DeviceInfo,
     /// The command line.
     pub command: String,
-    /// The scene's file.
+    /// Path of the scene file.
     pub scene: String,
-    /// SHA-256 of the scene.
+    /// SHA-256 of the scene's content.
     pub scene_sha256: String,
-    /// Pixels.
+    /// Width of every picture, pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height of every picture, pixels.
     pub height: u32,
     /// Names of the axes, in the order given.
     pub axes: Vec<String>,
-    /// Points of the whole grid; fewer rows if interrupted.
+    /// Number of points of the grid; `rows` has fewer after an interruption.
     pub points: usize,
-    /// Missing until there is one.
+    /// The truth; missing until it is rendered.
     pub truth: Option<TruthInfo>,
-    /// One a point.
+    /// One per point.
     pub rows: Vec<Row>,
-    /// Names of the rows that no other beats in both time and error, by time.
+    /// Names of the rows on the Pareto front of time and error, by time.
     pub front: Vec<String>,
-    /// The fastest row for each error asked for.
+    /// The fastest row for each given error.
     pub cheapest: Vec<Cheapest>,
-    /// Error against samples.
+    /// Power laws of error against samples.
     pub slopes: Vec<Slope>,
-    /// Twice the samples, twice the time?
+    /// Times of n and 2n samples.
     pub doublings: Vec<Doubling>,
-    /// What infinitely many samples would leave, by the settings that matter for it (JSON).
+    /// Bias (RMSE), by the settings that determine it.
     pub limits: std::collections::BTreeMap<String, f64>,
 }
 
 impl Record {
-    /// Fills everything that follows from the rows.
+    /// Computes everything that follows from the rows.
     pub fn conclude(&mut self, errors: &[f64]) {
         let pairs: Vec<(f64, f64)> =
             self.rows.iter().map(|r| (r.seconds(), r.rmse().unwrap_or(f64::NAN))).collect();
@@ -62,14 +62,14 @@ impl Record {
         self.doublings = doublings(&self.rows);
     }
 
-    /// The swept values but samples and seed.
+    /// The swept values of a row, except samples and seed.
     pub fn line(&self, row: &Row) -> String {
         let words = self.axes.iter().filter(|a| !["samples", "seed"].contains(&a.as_str()));
         let text: Vec<String> = words.map(|a| format!("{a} {}", row.point.value(a))).collect();
         if text.is_empty() { "the scene's settings".into() } else { text.join(", ") }
     }
 
-    /// One line a row, the names of `sweep.json`.
+    /// One line per row; columns are named as in `sweep.json`.
     pub fn csv(&self) -> String {
         let mut text = String::from(
             "name,samples,sampler,depth,cutoff,precision,origin,seed,fresnel,spheres,width,height,repeats,\

@@ -1,4 +1,4 @@
-//! One object a row: a point, timed and judged, under the names of the render report.
+//! One row per point: its times, counts and errors, under the names of the render report.
 
 use super::point::Words;
 use crate::compare::flip;
@@ -11,64 +11,65 @@ use crate::stats::quartiles;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// Seconds that were measured more than once.
+/// Seconds measured several times.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Half of the values lie below.
+    /// Median.
     pub median: f64,
-    /// Width of their middle half.
+    /// Interquartile range.
     pub iqr: f64,
 }
 
 impl Spread {
-    /// Of `values`; zero if there are none.
+    /// From `values`; zero if there are none.
     pub fn of(values: &[f64]) -> Spread {
         quartiles(values).map_or(Spread::default(), |q| Spread { median: q.median, iqr: q.range() })
     }
 }
 
-/// How often and how long.
+/// Number and times of the renders.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// Renders behind the figures, the warm-up not among them; 1 is a long point's only one.
+    /// Timed renders, without the warm-up; 1 for a point that takes long.
     pub repeats: u32,
-    /// The passes' device time, seconds.
+    /// Device time of the passes.
     pub device: Spread,
-    /// From the first submit to the last pixel on the host, seconds.
+    /// From the first submit to the last pixel on the host.
     pub render: Spread,
 }
 
-/// How far a point is from the truth, in linear light clamped to [0, 1].
+/// Error of a point against the truth, in linear light clamped to [0, 1].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorInfo {
-    /// What `total` is: `rmse`.
+    /// Kind of `total`: `rmse`.
     pub kind: String,
     /// Root mean square over all channels.
     pub total: f64,
-    /// Of that, what more samples would take away.
+    /// Part of `total` that more samples would remove, RMSE.
     pub sampling: Option<f64>,
-    /// What infinitely many samples would leave: depth, cutoff, precision, origin, Fresnel law, spheres.
+    /// Bias: the RMSE that infinitely many samples would leave, from depth, cutoff, precision, origin, Fresnel law
+    /// and spheres.
     pub limit: Option<f64>,
-    /// Standard error of the truth that it was judged by.
+    /// Standard error of the truth, RMSE.
     pub truth: f64,
-    /// Root mean square difference from the picture of the same settings in f64, if the sweep has it.
+    /// RMSE from the picture of the same settings in f64; missing if that is not in the sweep.
     pub rounding: Option<f64>,
-    /// What the truth's own depth can hide: a bound on the RMSE, if it is known.
+    /// Upper bound on the RMSE from the truth's own depth limit; missing if unknown.
     pub truth_truncation: Option<f64>,
     /// Mean of the FLIP map (Andersson et al. 2020) at its authors' viewing distance.
     pub flip: f64,
-    /// All of the figures.
+    /// All other metrics.
     #[serde(flatten)]
     pub metrics: Metrics,
 }
 
-/// A point, timed and judged.
+/// A point with its times and errors.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Row {
-    /// Of all that the image and its time depend on.
+    /// Hash of everything that the image and its time depend on.
     pub key: String,
-    /// The swept values, for people.
+    /// The swept values in words.
     pub name: String,
     /// Program.
     pub program: ProgramInfo,
@@ -78,36 +79,36 @@ pub struct Row {
     pub scene: SceneInfo,
     /// Settings in force.
     pub settings: SettingsInfo,
-    /// All that a sweep can vary.
+    /// The settings that a sweep can vary.
     pub point: Words,
     /// The plan.
     pub plan: PlanInfo,
-    /// Of the render with the median time; `device` and `render` are the medians themselves.
+    /// Times of the last render; `device` and `render` are medians.
     pub time: TimeInfo,
     /// Medians and their spread.
     pub measured: Measured,
     /// Rays traced.
     pub rays: RayInfo,
-    /// Of the last render.
+    /// Passes of the last render.
     pub passes: Vec<PassInfo>,
-    /// Things that ought not to happen.
+    /// Counts of numerical faults.
     pub counters: Counters,
     /// Warnings.
     pub warnings: Vec<String>,
     /// Picture and hash.
     pub image: ImageInfo,
-    /// Missing until it is judged.
+    /// Errors; missing until they are measured.
     pub error: Option<ErrorInfo>,
     /// 1 / (mean square error * render seconds).
     pub efficiency: Option<f64>,
-    /// True if no other point is both faster and better.
+    /// True if on the Pareto front.
     pub on_front: bool,
 }
 
 impl Row {
-    /// A row of what was rendered; not judged.
+    /// A row without errors.
     pub fn new(key: String, name: String, point: Words, report: Report, measured: Measured) -> Row {
-        // Its own `error` is another thing: what a render asked for it says of itself.
+        // The report's own `error` is the bound of a render with --budget, --error or --time.
         let Report {
             program,
             device,
@@ -148,15 +149,14 @@ impl Row {
         self.measured.render.median
     }
 
-    /// The error to plot, if there is one.
+    /// Total error; `None` until it is measured.
     pub fn rmse(&self) -> Option<f64> {
         self.error.as_ref().map(|e| e.total)
     }
 }
 
-/// Judges an image. `truth_error` is the truth's standard error, `truth_truncation` what
-/// its depth can hide, `limit` what
-/// infinitely many samples would leave.
+/// Measures the errors of an image. `truth_error` is the truth's standard error, `truth_truncation` the bound on the
+/// error from its depth limit, and `limit` the bias.
 ///
 /// # Errors
 /// If the images have different sizes.

@@ -1,4 +1,4 @@
-//! Who traces the truth: the device in f64, or the oracle where the device has none.
+//! Tracers of the truth: the device in f64, or the oracle if the device has no f64.
 
 use crate::compare::metrics::SizeMismatch;
 use crate::reference::oracle::Oracle;
@@ -11,7 +11,7 @@ use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Why a sweep ended early. What is finished is kept.
+/// Reason that a sweep ended early. Finished points are kept.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
     /// The device failed, or cannot do what a point asks for.
@@ -29,7 +29,7 @@ pub enum SweepError {
         error: io::Error,
     },
     /// A stored picture is not of this sweep's size.
-    #[error("a stored picture does not fit: {0}; start over with --fresh")]
+    #[error("a stored picture has the wrong size: {0}; start over with --fresh")]
     Size(#[from] SizeMismatch),
     /// A plot could not be drawn.
     #[error("a plot cannot be drawn: {0}")]
@@ -60,7 +60,7 @@ impl Tracer {
         Ok(Tracer::Device(Box::new(Survey::new(renderer, scene, settings)?)))
     }
 
-    /// The independent one, in f64 on the host. It does not say what it cuts.
+    /// The oracle, in f64 on the CPU. It does not measure truncation.
     pub(super) fn oracle(scene: &Scene, settings: &Settings) -> Tracer {
         // No sample lies at its pixel's centre by rule, as in surveys.
         let settings = Settings { samples: u32::MAX, crop: None, ..settings.clone() };
@@ -68,14 +68,14 @@ impl Tracer {
     }
 }
 
-/// A tracer with the observer of its work.
+/// A tracer with its observer.
 pub(super) struct Watched<'a> {
     pub(super) tracer: &'a mut Tracer,
     pub(super) replicates: u32,
     pub(super) observer: &'a mut dyn Observer,
 }
 
-/// Cancels as the other does, and keeps its counts to itself.
+/// Passes on cancellation, but no progress.
 struct Silent<'a>(&'a dyn Observer);
 
 impl Observer for Silent<'_> {

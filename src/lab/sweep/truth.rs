@@ -1,6 +1,6 @@
-//! What the points are judged by: the scene in f64, at a depth where next to nothing is cut, sampled until
-//! its own standard error is small. The error comes from replicates: each is an estimate of its own, so
-//! their spread needs no model (Owen, "Monte Carlo Theory, Methods and Examples", chapter 17.6).
+//! The truth of a sweep: the scene in f64, at a depth with negligible truncation, sampled until its own standard
+//! error is small. The standard error is estimated from replicates, which are independent estimates of each pixel
+//! (Owen, "Monte Carlo Theory, Methods and Examples", chapter 17.6).
 
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::accuracy::truncation::{TruncationBound, truncation};
@@ -13,21 +13,20 @@ use std::io::{self, BufRead, Read, Write};
 
 /// Independent estimates of each pixel.
 pub const REPLICATES: u32 = 16;
-/// Samples that every pixel gets at first.
+/// Least samples of a pixel.
 const FIRST: u32 = 4 * REPLICATES;
-/// A pixel gets no more samples once its standard error is under this share of what the whole image may
-/// have: the spread of 16 replicates is itself only known to 18 %, and a pixel that stopped by luck shall not
-/// matter.
+/// A pixel stops once its standard error is below this fraction of the target for the whole image. The estimate from
+/// 16 replicates has a relative error of 18 %; the margin keeps pixels that stopped by chance from mattering.
 const LEAVES: f64 = 0.5;
-/// Samples traced between two looks at the interrupt.
+/// Samples between two checks for cancellation.
 const PART: u64 = 1 << 21;
 
-/// What a truth is of: where all is equal, so are the samples.
+/// Everything that the samples of a truth depend on.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Who traced it, with versions.
+    /// Tracer with versions.
     pub tracer: String,
-    /// SHA-256 of the scene, Fresnel law included.
+    /// SHA-256 of the scene, with the Fresnel law used.
     pub scene: String,
     /// Pixels.
     pub width: u32,
@@ -35,16 +34,16 @@ pub struct Identity {
     pub height: u32,
     /// Rays in the longest path.
     pub depth: u32,
-    /// Of the sampler; none of the sweep's.
+    /// Sampler seed; no point of the sweep uses it.
     pub seed: u32,
 }
 
-/// Pixels with what is known of each.
+/// Sums of samples for every pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// What it is of.
+    /// Identity.
     pub identity: Identity,
-    /// What lies beyond its depth; `None` if its tracer does not say.
+    /// Bound on the light beyond its depth; `None` if its tracer does not measure it.
     pub truncation: Option<TruncationBound>,
     /// Sum of replicate r of pixel i at `i * REPLICATES + r`.
     sums: Vec<[f64; 3]>,
@@ -52,26 +51,26 @@ pub struct Truth {
     counts: Vec<u32>,
 }
 
-/// A truth in numbers, as the rows' file tells it.
+/// Quality of a truth, as written to `sweep.json`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TruthInfo {
-    /// What it is of.
+    /// Identity.
     #[serde(flatten)]
     pub identity: Identity,
-    /// Mean over the pixels.
+    /// Mean samples per pixel.
     pub samples_mean: f64,
-    /// Of the pixel that needed most.
+    /// Greatest number of samples of a pixel.
     pub samples_most: u32,
     /// Root mean square of the pixels' standard errors, linear light.
     pub standard_error: f64,
-    /// What lies beyond its depth, at most; missing if its tracer does not say.
+    /// Bound on the light beyond its depth; missing if its tracer does not measure it.
     pub truncation: Option<TruncationBound>,
-    /// True if the standard error is under a tenth of the smallest error judged by it.
+    /// True if the standard error is at most a tenth of the smallest error measured against it.
     pub converged: bool,
 }
 
 impl Truth {
-    /// No sample yet.
+    /// A truth without samples.
     pub fn new(identity: Identity, truncation: Option<TruncationBound>) -> Truth {
         let pixels = identity.width as usize * identity.height as usize;
         Truth {
@@ -92,8 +91,8 @@ impl Truth {
             .collect()
     }
 
-    /// Mean square over the channels of each pixel's standard error, as it is shown: a channel that is
-    /// surely above white has none. Infinite before the first sample.
+    /// Squared standard error of each pixel, mean over the channels. A channel that is certainly above 1 is clamped
+    /// and has none. Infinite before the first sample.
     fn variances(&self) -> Vec<f64> {
         let pixels = self.sums.chunks(REPLICATES as usize).zip(&self.counts);
         pixels.map(|(sums, count)| variance_shown(sums, *count)).collect()
@@ -105,13 +104,13 @@ impl Truth {
         (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt()
     }
 
-    /// True if more samples would be traced for that.
+    /// True if [`Truth::refine`] would trace samples.
     pub fn can_improve(&self, target: f64, most: u32) -> bool {
         !self.wanting(target, cap(most)).is_empty()
     }
 
-    /// The pixels that need more samples for a standard error of `target` and have fewer than `most`, by
-    /// how many they have: those of equal counts go on together.
+    /// The pixels that need more samples for a standard error of `target` and have fewer than `most`, grouped by
+    /// their number of samples.
     fn wanting(&self, target: f64, most: u32) -> BTreeMap<u32, Vec<u32>> {
         let variances = self.variances();
         let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -127,11 +126,11 @@ impl Truth {
         groups
     }
 
-    /// Samples until the standard error is at most `target`, or every pixel that matters has `most`.
-    /// `after` is told after each part, with the source, samples traced and samples planned for this round.
+    /// Adds samples until the standard error is at most `target`, or every pixel above it has `most`. `after` is
+    /// called after each part with the source, the samples traced and the samples planned in this round.
     ///
     /// # Errors
-    /// Whatever the source reports. What was traced before stays.
+    /// Those of the source. Samples traced before are kept.
     pub fn refine<S: Source>(
         &mut self,
         source: &mut S,
@@ -172,7 +171,7 @@ impl Truth {
         }
     }
 
-    /// In numbers.
+    /// Its quality.
     pub fn info(&self, smallest_error: f64) -> TruthInfo {
         let standard_error = self.standard_error();
         let total: u64 = self.counts.iter().map(|c| u64::from(*c)).sum();
@@ -186,7 +185,7 @@ impl Truth {
         }
     }
 
-    /// Writes all of it: a line of JSON, then sums and counts, little-endian.
+    /// Writes a line of JSON, then sums and counts, little-endian.
     ///
     /// # Errors
     /// Those of `out`.
@@ -202,13 +201,13 @@ impl Truth {
         out.write_all(&body)
     }
 
-    /// Reads what [`Truth::save`] wrote, if it is of `identity`; `None` if it is of another, or damaged.
+    /// Reads what [`Truth::save`] wrote; `None` if its identity is another or the file is damaged.
     ///
     /// # Errors
     /// Those of `from`.
     pub fn load(from: &mut dyn BufRead, identity: &Identity) -> io::Result<Option<Truth>> {
         let mut line = String::new();
-        // A file of something else may not be text.
+        // Some other file may not be text.
         if from.take(1 << 16).read_line(&mut line).is_err() {
             return Ok(None);
         }
@@ -246,7 +245,7 @@ struct Header {
     sha256: String,
 }
 
-/// A cap on a pixel's samples as it is kept: whole rounds of replicates, and never less than the first.
+/// A limit on samples per pixel, rounded down to whole sets of replicates, at least [`FIRST`].
 fn cap(most: u32) -> u32 {
     most.max(FIRST) / REPLICATES * REPLICATES
 }
@@ -259,7 +258,7 @@ fn variance_shown(sums: &[[f64; 3]], count: u32) -> f64 {
     let each = f64::from(count) / sums.len() as f64;
     let channel = |c: usize| {
         let (mean, variance) = mean_and_variance(sums.iter().map(|s| s[c] / each));
-        // Four standard errors above white it is white.
+        // Four standard errors above 1, a channel is clamped for certain.
         if mean - 4.0 * variance.sqrt() >= 1.0 { 0.0 } else { variance }
     };
     (0..3).map(channel).sum::<f64>() / 3.0
@@ -273,9 +272,8 @@ fn mean_and_variance(values: impl ExactSizeIterator<Item = f64> + Clone) -> (f64
     (mean, spread / (n * (n - 1.0)))
 }
 
-/// Root mean square over all channels of what two ways to render differ by in the limit of many samples,
-/// from the same samples of both: the mean square of the differences less that of their standard errors.
-/// `samples` is the number behind each pixel's sums.
+/// RMSE between two settings in the limit of many samples, estimated from the same samples of both: the mean square
+/// difference minus the mean squared standard error of the difference. `samples` is the number in each sum.
 pub fn limit_error(a: &Traced, b: &Traced, samples: u32) -> f64 {
     let replicates = a.replicates.max(2);
     let each = f64::from(samples) / replicates as f64;
@@ -294,7 +292,7 @@ pub fn limit_error(a: &Traced, b: &Traced, samples: u32) -> f64 {
     (square / channels.max(1) as f64).max(0.0).sqrt()
 }
 
-/// What the depth of a survey hides at most, from `samples` of each pixel.
+/// Bound on the light beyond the depth of a survey, from `samples` of each pixel.
 pub fn hidden_by_depth(traced: &Traced, samples: u32, limit: &RadianceLimit) -> TruncationBound {
     let n = f64::from(samples);
     let pixels = traced.sums.chunks(traced.replicates.max(1)).zip(&traced.marks).map(|(sums, mark)| {

@@ -3,7 +3,7 @@
 mod variant;
 
 use super::tiles::tiles;
-use super::{BRUTE_FORCE_MAX, HEAP_EIGHTHS, KNOWN_SAMPLES, Limits, Plan, element_bytes};
+use super::{HEAP_EIGHTHS, Limits, Plan, element_bytes};
 use crate::kernel::abi::{self, Buf};
 use crate::prepare::Packed;
 use crate::report::explain::{BufferRow, FeatureRow, LimitInfo, Outline, Planned, ReachInfo, SearchInfo};
@@ -39,7 +39,7 @@ pub fn explain(
             why: reach.words(settings.depth, settings.cutoff),
         },
         search: search(packed),
-        plan: plan.map(|p| planned(packed, settings, limits, p)),
+        plan: plan.map(|p| planned(settings, limits, p)),
         limits: LimitInfo {
             one_buffer: limits.storage_range,
             heap: limits.heap,
@@ -58,23 +58,23 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
         |name, found: bool, yes: &str, no: &str| row(name, found, if found { yes } else { no }.to_owned());
     vec![
         count("triangles", f.triangles, "triangle"),
-        is("smooth normals", f.smooth_normals, "some corners have normals", "every triangle is flat"),
+        is("smooth normals", f.smooth_normals, "some vertices have normals", "all triangles are flat-shaded"),
         count("spheres", f.spheres, "sphere"),
         row(
             "wide spheres",
             f.wide_spheres > 0,
             match f.wide_spheres {
-                0 => "single precision holds every sphere".into(),
-                n => format!("{} beyond single precision", plural(n, "sphere")),
+                0 => "every sphere fits single precision".into(),
+                n => format!("{} too large or too small for single precision", plural(n, "sphere")),
             },
         ),
         count("lights", f.lights, "light"),
-        is("mirrors", f.mirrors, "some surface mirrors", "no surface mirrors"),
+        is("mirrors", f.mirrors, "some surfaces reflect", "no surface reflects"),
         row(
             "refraction",
             f.solids > 0,
             match f.solids {
-                0 => "no solid refracts".into(),
+                0 => "no refracting solid".into(),
                 n => plural(n, "refracting solid"),
             },
         ),
@@ -82,11 +82,14 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
             "nested media",
             f.solids_at_once > 1,
             match f.solids_at_once {
-                0 => "a ray is in no solid".into(),
-                n => format!("a ray is in {} at once at most, by their boxes", plural(n.into(), "solid")),
+                0 => "no ray is inside a solid".into(),
+                n => format!(
+                    "a ray can be inside {} at once, judged by bounding boxes",
+                    plural(n.into(), "solid")
+                ),
             },
         ),
-        is("branching", f.branching, "a hit may send on two rays", "a hit sends on one ray at most"),
+        is("branching", f.branching, "a hit can spawn two rays", "a hit spawns at most one ray"),
     ]
 }
 
@@ -97,15 +100,16 @@ fn search(packed: &Packed) -> SearchInfo {
             kind: "brute force",
             nodes: 0,
             depth: 0,
-            why: format!("{count} primitives; up to {max} every one is tested"),
+            why: format!("{count} primitives; up to {max}, testing all is faster"),
         };
     }
     let outside = match packed.loose {
-        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested one by one",
-        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested one by one",
+        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested outside it",
+        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested outside it",
         _ => "",
     };
-    let most = if packed.found.primitives() > max as u64 { "more than" } else { "switched on; not above" };
+    let most =
+        if packed.found.primitives() > max as u64 { "more than" } else { "forced although not more than" };
     SearchInfo {
         kind: "hierarchy",
         nodes: match packed.compressed_nodes.len() {
@@ -117,7 +121,7 @@ fn search(packed: &Packed) -> SearchInfo {
     }
 }
 
-fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
+fn planned(settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
     let [x0, y0, x1, y1] = settings.region();
     let tiles = tiles([x0, y0, x1, y1], plan.tile_pixels).len() as u64;
     let per_tile = u64::from(settings.samples.div_ceil(plan.batch_samples.max(1)));
@@ -139,7 +143,7 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         Buf::NextMedia,
         Buf::Hits,
         Buf::Surfaces,
-        Buf::Places,
+        Buf::RayIndices,
         Buf::Contributions,
     ];
     let in_queue: u64 = queue.iter().map(|b| plan.buffer_bytes[*b as usize]).sum();
@@ -147,8 +151,6 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
         dispatches: kernels.iter().map(|k| k.launches).sum(),
         kernels,
         constants: variant::constants(plan),
-        known_shapes: plan.specialisation.few_known != 0,
-        known_shapes_why: known_shapes(packed, settings, limits, plan),
         texels: plan.specialisation.texels != 0,
         texels_why: texels(settings, limits, plan).into(),
         capacity: plan.capacity,
@@ -164,34 +166,14 @@ fn planned(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -
     }
 }
 
-fn known_shapes(packed: &Packed, settings: &Settings, limits: &Limits, plan: &Plan) -> String {
-    let [x0, y0, x1, y1] = settings.region();
-    let samples = u64::from(x1 - x0) * u64::from(y1 - y0) * u64::from(settings.samples);
-    let (have, needed) = (grouped(samples), grouped(KNOWN_SAMPLES));
-    if plan.specialisation.few_known != 0 {
-        return format!("{have} samples, from {needed} on they repay kernels of their own for this scene");
-    }
-    if packed.found.primitives() > BRUTE_FORCE_MAX as u64 {
-        "there are too many".into()
-    } else if settings.precision == Precision::Double {
-        "kernels in f64 have no such form".into()
-    } else if !limits.is_cpu {
-        "a GPU gains nothing by it".into()
-    } else if samples < KNOWN_SAMPLES {
-        format!("{have} samples, fewer than the {needed} that repay kernels of their own for this scene")
-    } else {
-        "switched off".into()
-    }
-}
-
 fn texels(settings: &Settings, limits: &Limits, plan: &Plan) -> &'static str {
     if plan.specialisation.texels != 0 {
-        "a software device gathers texels as one vector"
+        "a CPU driver loads a texel as one vector"
     } else if settings.precision == Precision::Double {
-        "texels have no f64"
+        "there is no f64 texel format"
     } else if !limits.is_cpu {
-        "a GPU gains nothing by them"
+        "not faster on a GPU"
     } else {
-        "switched off, or a buffer has more texels than a view can hold"
+        "switched off, or a buffer exceeds the limit on texels per view"
     }
 }

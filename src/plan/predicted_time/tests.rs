@@ -16,8 +16,7 @@ fn planned(name: &str, depth: u32, general: General) -> Plan {
     let scene = Scene::load(&path).expect("a scene");
     let mut settings = Settings { depth, ..Settings::of(&scene) };
     settings.schedule.general = general;
-    // Shapes as constants, so that the lanes work together and kernels are fused where they may be.
-    settings.schedule.constants = Some(true);
+    settings.schedule.fused = Some(true);
     Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }
 
@@ -44,7 +43,7 @@ fn predicted(from: &Report, plan: &Plan, samples: u64, batches: u64) -> Predicti
     model.predict(&Work { plan, pixels: 1000, samples, batches }).expect("a prediction")
 }
 
-/// `scenes/cornell_glass.toml`, 300x200 pixels, 5 samples, depth 3: medians of 9 runs on lavapipe, 2 cores.
+/// `tests/scenes/cornell_glass.toml`, 300x200 pixels, 5 samples, depth 3: medians of 9 runs on lavapipe, 2 cores.
 const GLASS: &[Row] = &[
     ("generate", 0, 10_000.0),
     ("intersect", 1, 36_100.0),

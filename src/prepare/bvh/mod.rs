@@ -58,8 +58,8 @@ const FEW: usize = 24;
 /// Primitives per leaf at which splitting stops even if it pays: a leaf is one run of loads.
 const LEAF_TARGET: usize = 2;
 /// Two primitives are parted where their surfaces are less than this share of what a leaf of both would show twice:
-/// measured, spheres beside each other gain by it, and triangles that share an edge seldom do (ARCHITECTURE.md,
-/// "Figures").
+/// measured, spheres beside each other gain by it, and triangles that share an edge seldom do
+/// (docs/design/decisions/024-leaf-size.md).
 const LEAF_SHARE: f64 = 0.65;
 /// Subtrees of at most one part in this many of all primitives are one thread's work.
 const TASKS: usize = 64;
@@ -176,8 +176,8 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
 }
 
 /// What to improve in a hierarchy of so many nodes. Most is to be gained among the largest: few, they are
-/// met by every ray, and where walls stand around a mesh they are what binning does worst (ARCHITECTURE.md,
-/// "Figures").
+/// met by every ray, and where walls stand around a mesh they are what binning does worst
+/// (docs/design/decisions/011-reinsertion.md).
 fn efforts(quality: Hierarchy, nodes: usize) -> Vec<reinsert::Effort> {
     let top = reinsert::Effort { nodes: 1024, rounds: 8, share: 1 };
     let all = reinsert::Effort { nodes, rounds: 8, share: 4 };

@@ -29,7 +29,12 @@ pub mod trace;
 #[path = "real_f64.rs"]
 pub mod real;
 
-pub use crate::kernel::abi::double as structs;
+/// Structs of the double-precision kernels.
+pub mod structs {
+    pub use crate::kernel::abi::double::*;
+    // Structs of words alone are one type for both precisions.
+    pub use crate::kernel::abi::{Push, Queue};
+}
 pub use frame::render;
 pub use memory::Memory;
 

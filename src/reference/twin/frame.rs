@@ -2,10 +2,10 @@
 
 use super::super::Counts;
 use super::memory::Memory;
-use super::structs::{DepthCount, Film, Push, Queue};
+use super::structs::{DepthCount, Film};
 use crate::kernel::abi::{self, Film as ImageFilm};
 use crate::plan::Plan;
-use crate::plan::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, When};
+use crate::plan::dispatches::{Batch, dispatches};
 use crate::plan::tiles::{Tile, tiles};
 use crate::prepare::Packed;
 use crate::render::mean;
@@ -90,68 +90,25 @@ fn batch(
     first_sample: u32,
     samples: u32,
 ) {
-    let spec = &plan.specialisation;
+    let (Tile { x, y, width, .. }, pixels) = (*tile, tile.pixels());
     let last_depth = plan.reach.last_depth(settings.depth, settings.cutoff);
-    let items = tile.pixels() * samples;
-    let push = Push {
-        tile_x: tile.x,
-        tile_y: tile.y,
-        tile_width: tile.width,
-        tile_pixels: tile.pixels(),
-        first_sample,
-        batch_samples: samples,
-        samples: settings.samples,
-        seed: settings.seed,
-        last_depth,
-        light_end: spec.light_count,
-        capacity: plan.capacity,
-        items,
-        cutoff: settings.cutoff,
-        ..Push::default()
-    };
-    let groups = items.div_ceil(spec.workgroup);
-    memory.queue[0] = Queue {
-        groups_x: groups.min(abi::GROUPS_PER_ROW),
-        groups_y: groups.div_ceil(abi::GROUPS_PER_ROW),
-        groups_z: 1,
-        count: items,
-        reflections: 0,
-    };
-    for pass in PROLOGUE {
-        memory.run(pass.kernel, spec, &push);
-    }
-    for depth in 1..=last_depth {
-        let push = Push { depth, ..push };
-        for pass in PER_DEPTH.iter().filter(|p| p.is_of(spec.fused != 0)) {
-            match pass.when {
-                When::Always => memory.run(pass.kernel, spec, &push),
-                When::NotLast if depth < last_depth => memory.run(pass.kernel, spec, &push),
-                When::Branching if depth > 1 && spec.branching != 0 => memory.run(pass.kernel, spec, &push),
-                When::PerLights => {
-                    let mut begin = 0;
-                    loop {
-                        let end = (begin + plan.lights_per_pass).min(spec.light_count);
-                        let push = Push { light_begin: begin, light_end: end, ..push };
-                        memory.run(pass.kernel, spec, &push);
-                        begin = end;
-                        if begin >= spec.light_count {
-                            break;
-                        }
-                    }
-                }
-                When::NotLast | When::Branching => {}
-            }
-        }
-        if depth < last_depth {
+    let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
+    let push = batch.push(plan, settings);
+    memory.queue[0] = batch.first_queue(plan);
+    let mut depth = 1;
+    for step in dispatches(plan, last_depth) {
+        if step.depth > depth {
             memory.next_depth();
+            depth = step.depth;
         }
-    }
-    if last_depth.is_multiple_of(2) {
-        // The next batch starts with the buffers under their own names again, as on the device.
-        memory.next_depth();
-    }
-    for pass in EPILOGUE {
-        memory.run(pass.kernel, spec, &push);
+        if step.depth == 0 && depth > 1 {
+            // After the last depth the buffers have their own names again, as on the device.
+            if depth.is_multiple_of(2) {
+                memory.next_depth();
+            }
+            depth = 1;
+        }
+        memory.run(step.pass.kernel, &plan.specialisation, &step.push(push));
     }
 }
 

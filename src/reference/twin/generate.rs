@@ -6,12 +6,12 @@ use super::structs::{Camera, Path, Push, Ray};
 use crate::kernel::abi::{NONE, Specialisation};
 use crate::settings::sampler::{self, Sampler};
 
-fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], slot: u32) -> Ray {
-    let pixel = slot % push.tile_pixels;
+fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], sample_index: u32) -> Ray {
+    let pixel = sample_index % push.tile_pixels;
     let at = if spec.survey != 0 { pixels[pixel as usize] } else { pixel };
     let x = push.tile_x + at % push.tile_width;
     let y = push.tile_y + at / push.tile_width;
-    let k = push.first_sample + slot / push.tile_pixels;
+    let k = push.first_sample + sample_index / push.tile_pixels;
     let kind = Sampler::of_word(spec.sampler_kind);
     let offset = sampler::offset(kind, spec.replicates, push.seed, x, y, k, push.samples);
     let sx = (x as Real + real(offset[0])) * c.step_x - 1.0;
@@ -20,7 +20,7 @@ fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], s
     Ray {
         origin: (Real3::from(c.origin) + c.advance * lateral).into(),
         direction: safe_normalize(Real3::from(c.forward) + lateral).into(),
-        slot,
+        sample_index,
         skip: NONE,
         throughput: Vec3::ONE.into(),
         pad: 0,
@@ -58,11 +58,11 @@ pub fn generate(
     let capacity = spec.media_capacity as usize;
     for item in 0..push.items {
         let at = item % push.tile_pixels;
-        let slot = (item - at + in_blocks(spec, push, at)) as usize;
+        let sample_index = (item - at + in_blocks(spec, push, at)) as usize;
         let item = item as usize;
-        rays[item] = primary_ray(spec, push, &camera[0], pixels, slot as u32);
+        rays[item] = primary_ray(spec, push, &camera[0], pixels, sample_index as u32);
         if spec.survey != 0 {
-            paths[slot] = Path::default();
+            paths[sample_index] = Path::default();
         }
         for j in 0..capacity {
             media[item * capacity + j] = eye_media[j];

@@ -1,6 +1,6 @@
 //! Twin of `glsl/intersect.comp`.
 
-use super::lib::trace::{Shapes, make_trace_ray};
+use super::lib::traverse::{Shapes, make_trace_ray};
 use super::real::FAR;
 use super::structs::{Hit, Node, Queue, Ray, Sphere, Triangle, WideSphere};
 use crate::kernel::abi::Specialisation;

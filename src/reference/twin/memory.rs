@@ -55,11 +55,12 @@ memory! {
     next_queue / NextQueue: Queue;
     hits / Hits: Hit;
     surfaces / Surfaces: Surface;
-    totals / Totals: u32;
+    child_counts / ChildCounts: u32;
+    child_masks / ChildMasks: u32;
     offsets / Offsets: u32;
-    places / Places: u32;
+    ray_indices / RayIndices: u32;
     contributions / Contributions: Contribution;
-    slots / Slots: [f32; 3];
+    sample_radiance / SampleRadiance: [f32; 3];
     paths / Paths: Path;
     film / Film: Film;
     marks / Marks: Mark;
@@ -137,14 +138,15 @@ impl Memory {
                 &m.queue,
                 &m.hits,
                 &mut m.surfaces,
-                &mut m.totals,
+                &mut m.child_counts,
                 &mut m.paths,
             ),
             Kernel::Scan => scan::scan(
                 spec,
                 push,
                 &m.queue,
-                &m.totals,
+                &m.child_counts,
+                &m.child_masks,
                 &mut m.offsets,
                 &mut m.next_queue,
                 &mut m.depth_counts,
@@ -178,13 +180,13 @@ impl Memory {
                 &m.queue,
                 &m.surfaces,
                 &mut m.contributions,
-                &mut m.slots,
+                &mut m.sample_radiance,
                 &mut m.paths,
                 &mut m.depth_counts,
                 &mut m.counters,
             ),
             Kernel::Gather => {
-                gather::gather(&m.queue, &m.contributions, &mut m.slots, &mut m.counters);
+                gather::gather(&m.queue, &m.contributions, &mut m.sample_radiance, &mut m.counters);
             }
             // No part of a frame: `crate::render::self_test` judges what it writes.
             Kernel::Selftest => {}
@@ -207,19 +209,19 @@ impl Memory {
                 &m.media,
                 &mut m.next_media,
                 &m.queue,
-                &mut m.totals,
-                &m.places,
+                &mut m.child_masks,
+                &m.ray_indices,
                 &mut m.contributions,
-                &mut m.slots,
+                &mut m.sample_radiance,
                 &mut m.paths,
                 &mut m.depth_counts,
                 &mut m.counters,
             ),
             Kernel::Place => {
-                place::place(spec, &m.queue, &m.next_queue, &m.totals, &m.offsets, &mut m.places)
+                place::place(spec, &m.queue, &m.next_queue, &m.child_masks, &m.offsets, &mut m.ray_indices)
             }
             Kernel::Resolve => {
-                resolve::resolve(spec, push, &m.slots, &m.paths, &mut m.film, &mut m.marks);
+                resolve::resolve(spec, push, &m.sample_radiance, &m.paths, &mut m.film, &mut m.marks);
             }
         }
     }

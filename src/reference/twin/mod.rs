@@ -2,8 +2,6 @@
 //! buffers in the same order, operation by operation in the kernels' arithmetic. Where a device
 //! rounds as IEEE 754 says, twin and kernel agree to the bit.
 //!
-//! Planted defects (`crate::settings::defect`) have no twin: they are what the twins must tell from the kernels.
-//!
 //! Like the kernels, the files are compiled once with `real` = f32 and once with `real` = f64.
 // `!(x > 0.0)` says what happens to NaN, and the constants are exact powers of two, as in the kernels.
 #![allow(clippy::duplicate_mod, clippy::neg_cmp_op_on_partial_ord, clippy::excessive_precision)]

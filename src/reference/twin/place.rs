@@ -8,9 +8,9 @@ pub fn place(
     spec: &Specialisation,
     queue: &[Queue],
     next_queue: &[Queue],
-    totals: &[u32],
+    child_masks: &[u32],
     offsets: &[u32],
-    places: &mut [u32],
+    ray_indices: &mut [u32],
 ) {
     if next_queue[0].count == 0 {
         return;
@@ -21,9 +21,9 @@ pub fn place(
         if i % spec.workgroup == 0 {
             to = offsets[(i / spec.workgroup) as usize] as usize;
         }
-        let mask = totals[i as usize / lanes] >> (i as usize % lanes) & 0x1_0001;
+        let mask = child_masks[i as usize / lanes] >> (i as usize % lanes) & 0x1_0001;
         for child in 0..mask.count_ones() {
-            places[to] = i * most + child;
+            ray_indices[to] = i * most + child;
             to += 1;
         }
     }

@@ -9,7 +9,7 @@ use crate::kernel::abi::Specialisation;
 pub fn resolve(
     spec: &Specialisation,
     push: &Push,
-    slots: &[[f32; 3]],
+    sample_radiance: &[[f32; 3]],
     paths: &[Path],
     film: &mut [Film],
     marks: &mut [Mark],
@@ -21,7 +21,7 @@ pub fn resolve(
             let entry = &mut film[pixel * replicates + r];
             let (mut sum, mut compensation) = (Vec3::from(entry.sum), Vec3::from(entry.compensation));
             for k in ((r + replicates - turn) % replicates..push.batch_samples as usize).step_by(replicates) {
-                neumaier(&mut sum, &mut compensation, slots[k * pixels + pixel].into());
+                neumaier(&mut sum, &mut compensation, sample_radiance[k * pixels + pixel].into());
             }
             *entry = Film { sum: sum.into(), compensation: compensation.into() };
         }

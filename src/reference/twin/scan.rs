@@ -8,7 +8,8 @@ pub fn scan(
     spec: &Specialisation,
     push: &Push,
     queue: &[Queue],
-    totals: &[u32],
+    child_counts: &[u32],
+    child_masks: &[u32],
     offsets: &mut [u32],
     next_queue: &mut [Queue],
     depth_counts: &mut [DepthCount],
@@ -18,8 +19,8 @@ pub fn scan(
     let (mut l, mut r) = (0, 0);
     let masks = if spec.fused == 0 { 0 } else { (spec.workgroup / spec.lanes) as usize };
     let children = |g: usize| match masks {
-        0 => (totals[g] >> 16, totals[g] & 0xffff),
-        _ => totals[g * masks..(g + 1) * masks]
+        0 => (child_counts[g] >> 16, child_counts[g] & 0xffff),
+        _ => child_masks[g * masks..(g + 1) * masks]
             .iter()
             .fold((0, 0), |(l, r), mask| (l + (mask & 0xffff).count_ones(), r + (mask >> 16).count_ones())),
     };

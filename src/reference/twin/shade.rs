@@ -23,7 +23,7 @@ pub fn shade(
     queue: &[Queue],
     hits: &[Hit],
     surfaces: &mut [Surface],
-    totals: &mut [u32],
+    child_counts: &mut [u32],
     paths: &mut [Path],
 ) {
     let scene = Scene {
@@ -49,6 +49,6 @@ pub fn shade(
             reflections += u32::from(children & CHILD_REFLECTED != 0);
             refractions += u32::from(children & CHILD_REFRACTED != 0);
         }
-        totals[group] = reflections << 16 | refractions;
+        child_counts[group] = reflections << 16 | refractions;
     }
 }

@@ -1,7 +1,7 @@
 //! Twin of `glsl/shadow.comp`.
 
 use super::lib::light::Lit;
-use super::lib::trace::Shapes;
+use super::lib::traverse::Shapes;
 use super::structs::{
     Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface,
     Triangle, WideSphere,
@@ -23,7 +23,7 @@ pub fn shadow(
     queue: &[Queue],
     surfaces: &[Surface],
     contributions: &mut [Contribution],
-    slots: &mut [[f32; 3]],
+    sample_radiance: &mut [[f32; 3]],
     paths: &mut [Path],
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
@@ -31,7 +31,8 @@ pub fn shadow(
     let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     let camera = &camera[0];
-    let mut lit = Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
+    let mut lit =
+        Lit { shapes, push, camera, lights, contributions, sample_radiance, paths, depth_counts, counters };
     for i in 0..queue[0].count as usize {
         let s = &surfaces[i];
         let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];

@@ -3,7 +3,7 @@
 use super::lib::light::Lit;
 use super::lib::spawn::{Nursery, spawn};
 use super::lib::strike::Scene;
-use super::lib::trace::{Shapes, make_trace_ray};
+use super::lib::traverse::{Shapes, make_trace_ray};
 use super::real::FAR;
 use super::structs::{
     Camera, Contribution, CornerNormals, DepthCount, FlatNormal, Light, Material, Node, Path, Push, Queue,
@@ -12,7 +12,7 @@ use super::structs::{
 use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
 
 /// One depth of every ray in the queue: closest hit, surface, children and own colour. Which children a subgroup's
-/// rays have is a word, as in glsl/lib/children.glsl.
+/// rays have is a word, as in glsl/lib/base/children.glsl.
 pub fn trace(
     spec: &Specialisation,
     push: &Push,
@@ -32,10 +32,10 @@ pub fn trace(
     media: &[u32],
     next_media: &mut [u32],
     queue: &[Queue],
-    totals: &mut [u32],
-    places: &[u32],
+    child_masks: &mut [u32],
+    ray_indices: &[u32],
     contributions: &mut [Contribution],
-    slots: &mut [[f32; 3]],
+    sample_radiance: &mut [[f32; 3]],
     paths: &mut [Path],
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
@@ -57,9 +57,9 @@ pub fn trace(
     let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
     let camera = &camera[0];
     // All subgroups of a workgroup have their word.
-    totals[..count.next_multiple_of(spec.workgroup as usize) / lanes].fill(0);
+    child_masks[..count.next_multiple_of(spec.workgroup as usize) / lanes].fill(0);
     for i in 0..count {
-        let place = if push.depth == 1 { i } else { places[i] as usize };
+        let place = if push.depth == 1 { i } else { ray_indices[i] as usize };
         let (ray, inside) = (&rays[place], &media[place * capacity..(place + 1) * capacity]);
         let r = make_trace_ray(ray.origin.into(), ray.direction.into(), ray.skip);
         let h = shapes.closest_hit(&r, FAR, false, counters);
@@ -68,9 +68,18 @@ pub fn trace(
         let mut next = Nursery { rays: next_rays, media: next_media, counters };
         spawn(spec, camera, &s, ray, m.secondary, inside, i * most, &mut next);
         let bit = |flag, shift| u32::from(s.flags & flag != 0) << (shift + i % lanes);
-        totals[i / lanes] |= bit(CHILD_REFLECTED, 0) | bit(CHILD_REFRACTED, 16);
-        let mut lit =
-            Lit { shapes, push, camera, lights, contributions, slots, paths, depth_counts, counters };
+        child_masks[i / lanes] |= bit(CHILD_REFLECTED, 0) | bit(CHILD_REFRACTED, 16);
+        let mut lit = Lit {
+            shapes,
+            push,
+            camera,
+            lights,
+            contributions,
+            sample_radiance,
+            paths,
+            depth_counts,
+            counters,
+        };
         lit.light_up(i, ray, &s, m, true, true);
     }
 }

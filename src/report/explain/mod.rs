@@ -1,5 +1,5 @@
-//! The explained plan: what was found in the scene, what follows from it, the memory and time it takes.
-//! Serde data and its text; `plan::explain` fills it.
+//! The explained plan of a render: features of the scene, the kernels and memory that follow from them, and the
+//! predicted time. Serde data and its text; `plan::explain` fills it.
 
 mod text;
 
@@ -10,58 +10,58 @@ use super::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::prepare::scene_features::Found;
 use serde::Serialize;
 
-/// All that is known before a render runs.
+/// Everything known before a render runs.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Outline {
-    /// Which program plans.
+    /// Version of the program.
     pub program: ProgramInfo,
-    /// For which device.
+    /// Device planned for.
     pub device: DeviceInfo,
     /// Path as given.
     pub scene: String,
     /// The settings in force.
     pub settings: SettingsInfo,
-    /// What the scene has.
+    /// Features of the scene.
     pub found: Found,
-    /// The same in words, absent features included.
+    /// The same in words, one row per feature, absent ones included.
     pub features: Vec<FeatureRow>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
-    /// How deep light travels.
+    /// Greatest depth of a ray.
     pub reach: ReachInfo,
     /// How the closest hit is found.
     pub search: SearchInfo,
-    /// What follows; null where the device cannot hold it.
+    /// Kernels, sizes and buffers; null if the device cannot hold them.
     pub plan: Option<Planned>,
-    /// Limits of the device that the plan keeps.
+    /// Memory limits that the plan keeps.
     pub limits: LimitInfo,
-    /// How long it will take; null where that was not asked for or there is no plan.
+    /// Predicted time; null if not asked for, or if there is no plan.
     pub time: Option<Prediction>,
     /// Why there is no plan.
     pub refused: Option<Refused>,
 }
 
-/// A feature, found or not.
+/// A feature of scenes, present or absent.
 #[derive(Debug, Clone, Serialize)]
 pub struct FeatureRow {
     /// Its name.
     pub name: &'static str,
-    /// Whether the kernels are made for it.
+    /// True if the scene has it and the kernels are compiled for it.
     pub found: bool,
-    /// How much of it, or why not.
+    /// How many, or why it is absent.
     pub detail: String,
 }
 
-/// How deep light travels.
+/// Greatest depth of a ray.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct ReachInfo {
-    /// Depth that was asked for.
+    /// Depth asked for.
     pub asked: u32,
     /// Depth of the last passes.
     pub last: u32,
-    /// Greatest factor of any surface on a ray's throughput.
+    /// Greatest factor by which a surface multiplies a ray's throughput, 0 to 1.
     pub weight: f64,
-    /// In words.
+    /// Reason for `last`.
     pub why: String,
 }
 
@@ -70,32 +70,28 @@ pub struct ReachInfo {
 pub struct SearchInfo {
     /// `brute force` or `hierarchy`.
     pub kind: &'static str,
-    /// Nodes of the hierarchy.
+    /// Nodes of the hierarchy; 0 for brute force.
     pub nodes: u64,
-    /// Its levels.
+    /// Levels of the hierarchy; 0 for brute force.
     pub depth: u64,
-    /// In words.
+    /// Reason for `kind`.
     pub why: String,
 }
 
-/// What follows from scene, settings and device.
+/// Kernels, sizes and buffers of a render.
 #[derive(Debug, Clone, Serialize)]
 pub struct Planned {
-    /// The kernels of the frame.
+    /// Kernels in the order of their first dispatch.
     pub kernels: Vec<KernelRow>,
-    /// Specialisation constants that leave code out, or add it.
+    /// Specialisation constants that remove or add code.
     pub constants: Vec<Constant>,
-    /// Shapes are constants of the kernels.
-    pub known_shapes: bool,
-    /// Why, or why not.
-    pub known_shapes_why: String,
-    /// Kernels read what a ray looks up through texel views.
+    /// True if kernels read the scene through texel views.
     pub texels: bool,
-    /// Why, or why not.
+    /// Reason for `texels`.
     pub texels_why: String,
     /// Rays that fit a queue.
     pub capacity: u32,
-    /// Device bytes of a place in a queue, over all its buffers.
+    /// Device bytes per ray in a queue, over all buffers of the queue.
     pub bytes_per_place: u64,
     /// Invocations of a workgroup.
     pub workgroup: u32,
@@ -113,18 +109,18 @@ pub struct Planned {
     pub dispatches: u64,
     /// Bytes of each buffer.
     pub buffers: Vec<BufferRow>,
-    /// Bytes of all.
+    /// Sum over all buffers.
     pub bytes: u64,
 }
 
 /// A buffer of the plan.
 #[derive(Debug, Clone, Serialize)]
 pub struct BufferRow {
-    /// As the kernels spell it.
+    /// Its name in the kernels.
     pub name: &'static str,
-    /// Elements.
+    /// Length in elements.
     pub elements: u64,
-    /// Bytes.
+    /// Length in bytes.
     pub bytes: u64,
 }
 
@@ -135,26 +131,25 @@ pub struct LimitInfo {
     pub one_buffer: u64,
     /// Bytes of its heap.
     pub heap: u64,
-    /// Bytes of it that a plan may take.
+    /// Bytes of the heap that a plan may use.
     pub heap_share: u64,
 }
 
 /// A plan that the device cannot hold.
 #[derive(Debug, Clone, Serialize)]
 pub struct Refused {
-    /// What it lacks, and what would fit.
+    /// The limit that is exceeded, and what would fit.
     pub message: String,
     /// Exit code of the render.
     pub exit_code: u8,
 }
 
-/// A kernel of the frame.
+/// A kernel that runs.
 #[derive(Debug, Clone, Serialize)]
 pub struct KernelRow {
     /// Its name.
     pub kernel: &'static str,
-    /// Which compiled form: `f32`, `f64`, `few` (shapes as constants) or `packet` (the
-    /// rays of a subgroup walk the hierarchy together).
+    /// Compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup traverse the scene together).
     pub form: &'static str,
     /// Dispatches in one batch.
     pub launches: u64,
@@ -163,12 +158,12 @@ pub struct KernelRow {
 /// A specialisation constant.
 #[derive(Debug, Clone, Serialize)]
 pub struct Constant {
-    /// As the kernels spell it.
+    /// Its name in the kernels.
     pub name: &'static str,
-    /// Its value here.
+    /// Its value in this plan.
     pub value: u32,
-    /// Its value in a kernel that has everything; None where that is any number.
+    /// Its value in a kernel that supports every feature; None if that kernel takes any value.
     pub general: Option<u32>,
-    /// What it does.
+    /// Effect of the value.
     pub why: String,
 }

@@ -1,11 +1,11 @@
-//! An outline for people.
+//! The plan of a render as text for people.
 
 use super::{Outline, Planned};
 use crate::report::prediction::Prediction;
 use crate::report::table::{Align, Table};
 use crate::units::{bytes, grouped, number, plural, seconds, short};
 
-/// Buffers below this share of all bytes are told together, one in so many.
+/// Buffers smaller than the total divided by this are listed as one row.
 const SMALL: u64 = 1000;
 
 /// The whole outline.
@@ -29,11 +29,12 @@ fn about(o: &Outline) -> String {
     let crop = s.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(", crop {x0},{y0},{x1},{y1}"));
     let lines = [
         ("device", format!("{} ({}), {}, Vulkan {}", d.name, d.kind, d.driver, d.api)),
-        ("scene", format!("{}; local = (world - ({x}, {y}, {z})) * 2^{}", o.scene, o.local_frame.scale_log2)),
+        ("scene", o.scene.clone()),
+        ("frame", format!("local = (world - ({x}, {y}, {z})) * 2^{}", o.local_frame.scale_log2)),
         (
             "image",
             format!(
-                "{}x{} pixels{crop}, {}, depth {}; sampler {}, seed {}, precision {}, origin {}",
+                "{}x{} pixels{crop}, {} per pixel, depth {}; sampler {}, seed {}, precision {}, origin {}",
                 s.width,
                 s.height,
                 plural(s.samples.into(), "sample"),
@@ -54,11 +55,11 @@ fn features(o: &Outline) -> String {
         let found = if row.found { "yes" } else { "no" };
         table.row([row.name.into(), found.into(), row.detail.clone()]);
     }
-    let mut search = format!("search  {}: {}", o.search.kind, o.search.why);
+    let mut search = format!("traversal  {}: {}", o.search.kind, o.search.why);
     if o.search.nodes > 0 {
-        search += &format!("; {} on {}", plural(o.search.nodes, "node"), plural(o.search.depth, "level"));
+        search += &format!("; {}, {}", plural(o.search.nodes, "node"), plural(o.search.depth, "level"));
     }
-    let reach = format!("reach   depth {} of {}: {}", o.reach.last, o.reach.asked, o.reach.why);
+    let reach = format!("max depth  {} of {}: {}", o.reach.last, o.reach.asked, o.reach.why);
     format!("{table}\n{search}\n{reach}\n")
 }
 
@@ -72,14 +73,13 @@ fn kernels(p: &Planned) -> String {
         })
         .collect();
     let yes = |on: bool| if on { "yes" } else { "no" };
-    let mut text = format!("kernels in a batch: {}\n", run.join(", "));
-    text += &format!("shapes as constants: {}, {}\n", yes(p.known_shapes), p.known_shapes_why);
-    text += &format!("texel views: {}, {}\n\n", yes(p.texels), p.texels_why);
+    let mut text = format!("kernels per batch: {}\n", run.join(", "));
+    text += &format!("texel views: {}; {}\n\n", yes(p.texels), p.texels_why);
     let mut table = Table::new(&[
         ("constant", Align::Left),
-        ("here", Align::Right),
+        ("value", Align::Right),
         ("general", Align::Right),
-        ("so that", Align::Left),
+        ("effect", Align::Left),
     ]);
     for c in &p.constants {
         let general = c.general.map_or("any".into(), |g| g.to_string());
@@ -96,12 +96,12 @@ fn memory(o: &Outline, p: &Planned) -> String {
         table.row([b.name.into(), grouped(b.elements), bytes(b.bytes)]);
     }
     let rest = small.iter().map(|b| b.bytes).sum();
-    table.row([plural(small.len() as u64, "smaller one"), String::new(), bytes(rest)]);
+    table.row([plural(small.len() as u64, "smaller buffer"), String::new(), bytes(rest)]);
     table.row(["all".into(), String::new(), bytes(p.bytes)]);
     format!(
-        "{table}\nqueue   {} rays of {}; workgroups of {}, {} a shadow pass\n\
-         work    {} of up to {} pixels, batches of {} a pixel: {} in all, of {}\n\
-         limits  {} in one buffer, {} of a heap of {}\n",
+        "{table}\nqueue   {} rays, {} each; workgroups of {}; {} per shadow pass\n\
+         work    {} of up to {} pixels, batches of up to {} per pixel; {} in total, {} each\n\
+         limits  {} per buffer, {} in total (of a heap of {})\n",
         grouped(p.capacity.into()),
         bytes(p.bytes_per_place),
         p.workgroup,
@@ -127,7 +127,7 @@ pub fn forecast(t: &Prediction) -> String {
         ("", Align::Left),
     ]);
     for d in &t.by_depth {
-        let note = if d.extrapolated { "not timed: follows from the depths before" } else { "" };
+        let note = if d.extrapolated { "extrapolated" } else { "" };
         table.row([
             d.depth.to_string(),
             short(d.traced as f64),
@@ -136,9 +136,9 @@ pub fn forecast(t: &Prediction) -> String {
             note.into(),
         ]);
     }
-    let start = t.start.map_or(String::new(), |s| format!("; before it {} as just now", seconds(s)));
+    let start = t.start.map_or(String::new(), |s| format!(", plus {} start-up", seconds(s)));
     format!(
-        "{table}\ntime    {} ({} to {}) for {} rays, from {}{start}\n",
+        "{table}\npredicted render time: {} ({} to {}) for {} rays{start}\nbased on {}\n",
         seconds(t.render),
         seconds(t.low),
         seconds(t.high),

@@ -19,14 +19,29 @@ use glam::DVec3;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+const CUBE_HELP: &str = "\
+Example:
+  whitted generate rotated-cube --size 2.4 --rotate 15,35,10 -o cube.obj";
+
+const FLAKE_HELP: &str = "\
+Example:
+  whitted generate sphereflake --level 2 -o flake.toml";
+
+const DISPLACED_HELP: &str = "\
+Example:
+  whitted generate displaced-sphere --triangles 20000 --roughness 0.5 -o rock.obj";
+
 /// What `whitted generate` can write.
 #[derive(Debug, Clone, clap::Subcommand)]
 pub enum Shape {
-    /// A cube rotated about three axes, as OBJ and MTL.
+    /// Write a cube rotated about three axes, as OBJ and MTL
+    #[command(after_help = CUBE_HELP)]
     RotatedCube(CubeArgs),
-    /// The sphereflake of Haines' Standard Procedural Databases, as scene text.
+    /// Write the sphereflake of Haines' Standard Procedural Databases, as a scene
+    #[command(after_help = FLAKE_HELP)]
     Sphereflake(FlakeArgs),
-    /// A closed mesh of about N triangles: a geodesic sphere displaced by gradient noise, as OBJ and MTL.
+    /// Write a closed mesh of about N triangles: a geodesic sphere displaced by gradient noise, as OBJ and MTL
+    #[command(after_help = DISPLACED_HELP)]
     DisplacedSphere(DisplacedArgs),
 }
 
@@ -87,7 +102,7 @@ pub struct DisplacedArgs {
     /// Height of the displacement: 0 leaves a sphere, 1 moves the surface by up to 75 % of the radius.
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     pub roughness: f64,
-    /// Chooses the noise.
+    /// Seed of the noise.
     #[arg(long, default_value_t = 7)]
     pub seed: u32,
     /// Placement and colour.

@@ -101,7 +101,6 @@ fn options_override_the_scene() {
         origin: Origin::Fixed(0.5),
         crop: Some([1, 2, 40, 30]),
         schedule,
-        planted: None,
     };
     assert_eq!(given, want);
 }

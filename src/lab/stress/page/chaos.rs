@@ -231,27 +231,27 @@ impl Chaos {
         let table = table(
             &[
                 ("depth", Right),
-                ("paths that differ, `fast`", Right),
-                ("`robust`", Right),
-                ("growth of the share", Right),
+                ("paths that differ: `fast`", Right),
+                ("paths that differ: `robust`", Right),
+                ("growth, `robust`", Right),
                 ("median distance, `robust`", Right),
-                ("its growth", Right),
-                ("curvature", Right),
-                ("with spread", Right),
+                ("growth of the distance", Right),
+                ("predicted: curvature", Right),
+                ("predicted: with divergence", Right),
             ],
             &cells,
         );
         format!(
-            "A sphereflake of 91 mirrors in a closed box of mirrors; {CHAINS} chains of reflections followed through \
-             the kernels at each precision,\nfrom the same first rays through the same scene (both exact in f32). A path \
-             *differs* from the depth on at which it meets another\nsurface than the f64 path (the same kernels in f64). The distance is that of \
-             the `robust` hit from the f64 hit, across the ray, in units of the\nlocal frame (the scene's radius is \
-             from 1/2 to 1), over the paths that still agree; its growth is taken path by path and averaged as a \
-             factor.\n\n\
-             Two predictions stand beside it, averaged alike over the same paths. *Curvature* is 1 + 2d/(R cos) for \
-             a bounce off a sphere of radius\nR with d to the next hit, 1 off a wall. *With spread* also counts that two \
-             paths which part go on parting: a distance w becomes an\nangle 2w/(R cos), which is kept from bounce to \
-             bounce. Neither counts the new rounding of each bounce.\n\n{table}\n{}",
+            "A sphereflake of 91 mirrors in a closed box of mirrors. {CHAINS} chains of reflections are traced by the \
+             kernels at each precision, from\nthe same first rays through the same scene (both exact in f32). A path \
+             *differs* from the depth at which it hits another surface than the\nf64 path (the same kernels in f64). The \
+             distance is measured between the `robust` hit and the f64 hit, perpendicular to the ray, in units\nof the \
+             local frame (the scene's radius is between 1/2 and 1), over the paths that still agree. Its growth is the \
+             geometric mean over paths.\n\n\
+             Two predictions are averaged over the same paths. *Curvature* is 1 + 2d/(R cos a) for a reflection at angle \
+             a off a sphere of radius R with\ndistance d to the next hit, and 1 for a wall. *With divergence* also counts \
+             that diverging paths keep diverging: a distance w adds an angle\nof 2w/(R cos a), which stays from reflection \
+             to reflection. Neither includes the new rounding at each reflection.\n\n{table}\n{}",
             self.reading()
         )
     }
@@ -270,11 +270,12 @@ impl Chaos {
         let within = |r: &&Row| r.grown.zip(r.curvature).is_some_and(|(g, c)| g <= 2.0 * c);
         let judged = self.rows.iter().filter(|r| r.grown.is_some()).count();
         format!(
-            "Between convex mirrors no arithmetic of fixed length keeps a path. From depth 3 on a bounce multiplies the \
-             distance by {} on average;\ncurvature alone says {}, with spread {}. The growth is at most twice that of \
-             curvature alone at {} of {judged} depths. The share of `robust`\npaths that differ goes from {} at the first \
-             hit to {} at depth {DEPTH}. The rechecks of `robust` close holes; they do not, and cannot,\nslow this growth: \
-             pictures of such scenes are compared by rates, never pixel by pixel.\n",
+            "Reflections between convex mirrors are chaotic: no fixed precision keeps a path. From depth 3 on, each \
+             reflection multiplies the distance\nby {} on average; curvature alone predicts {}, with divergence {}. The \
+             measured growth is at most twice that of curvature alone at {} of {judged}\ndepths. The share of `robust` paths \
+             that differ grows from {} at the first hit to {} at depth {DEPTH}. The rechecks of `robust` prevent\nlight \
+             leaks; they cannot slow this growth. Pictures of such scenes can only be compared statistically, not pixel by \
+             pixel.\n",
             number(grown),
             number(curvature),
             number(beam),
@@ -319,7 +320,7 @@ impl Chaos {
                 series: vec![
                     line("median, paths that agree", 0, depths(&|r| r.distance), Look::Marked),
                     line("from depth 2, curvature", 3, predicted(&|r| r.curvature), Look::Plain),
-                    line("from depth 2, with spread", 2, predicted(&|r| r.beam), Look::Plain),
+                    line("from depth 2, with divergence", 2, predicted(&|r| r.beam), Look::Plain),
                 ],
                 mark: None,
                 legend: Legend::UpperLeft,

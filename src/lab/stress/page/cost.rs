@@ -1,5 +1,6 @@
-//! What each protection costs in device time: renders in turn, each divided by the run of `robust` just
-//! before it.
+//! What protections cost in device time: renders in turn, each divided by the run of the first variant
+//! just before it. The page compares the precisions; `benches/protections.rs` leaves out single
+//! protections by planted mistakes.
 
 use super::{PageError, Stop, running};
 use crate::lab::markdown::table;
@@ -8,7 +9,6 @@ use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
 use crate::scene::procedural::{displaced_sphere, frequency, sphereflake};
-use crate::settings::defect::Defect;
 use crate::settings::{Precision, Settings};
 use crate::stats::quartiles;
 use glam::DVec3;
@@ -20,44 +20,31 @@ const SIDE: u32 = 160;
 
 /// A way to render.
 #[derive(Debug, Clone, Copy)]
-struct Variant {
-    name: &'static str,
-    precision: Precision,
-    planted: Option<Defect>,
+pub struct Variant {
+    /// First cell of its row.
+    pub name: &'static str,
+    /// Arithmetic of the kernels.
+    pub precision: Precision,
+    /// Called before each of its renders.
+    pub prepare: fn(&mut Renderer),
 }
 
-const fn without(name: &'static str, defect: Defect) -> Variant {
-    Variant { name, precision: Precision::Robust, planted: Some(defect) }
+const fn plain(name: &'static str, precision: Precision) -> Variant {
+    Variant { name, precision, prepare: |_| () }
 }
 
-/// What the others are divided by.
-const ROBUST: Variant =
-    Variant { name: "`robust` again: the noise", precision: Precision::Robust, planted: None };
-
-/// The noise first: it is what the others are held against.
-const VARIANTS: [Variant; 11] = [
-    ROBUST,
-    Variant {
-        name: "`fast`: no exact edges, no confinement, huge spheres in f32",
-        precision: Precision::Fast,
-        planted: None,
-    },
-    Variant { name: "`f64` throughout", precision: Precision::Double, planted: None },
-    without("hits not confined to their boxes", Defect::Unconfined),
-    without("Moeller and Trumbore's triangle test", Defect::MoellerTrumbore),
-    without("the schoolbook quadratic for spheres", Defect::NaiveQuadratic),
-    without("huge spheres in plain f32", Defect::NoWide),
-    without("box tests without allowance", Defect::NarrowSlab),
-    without("boxes without padding", Defect::TightBoxes),
-    without("vectors normalised without scaling", Defect::BlindNormalise),
-    without("samples added without compensation", Defect::NaiveSum),
+/// The variants of the page.
+pub(super) const PRECISIONS: [Variant; 3] = [
+    plain("`robust` again (noise)", Precision::Robust),
+    plain("`fast`: no exact edge tests, hits not confined to boxes, huge spheres in f32", Precision::Fast),
+    plain("`f64`", Precision::Double),
 ];
 
-/// Device time over that of `robust` just before, by variant, then round.
+/// Device time over that of the first variant just before, by variant, then round.
 type Ratios = Vec<Vec<f64>>;
 
 /// The section's figures.
-pub(super) struct Cost {
+pub struct Cost {
     scenes: Vec<Ratios>,
     variants: Vec<Variant>,
 }
@@ -87,20 +74,25 @@ fn rock() -> Scene {
     s
 }
 
-pub(super) fn measure(renderer: &mut Renderer, stop: Stop<'_>) -> Result<Cost, PageError> {
+/// Measures `variants` on three scenes. The first is what the others are divided by, and, measured against
+/// itself, the noise. Double precision is left out where the device has none.
+///
+/// # Errors
+/// If the device fails, or `stop` says so.
+pub fn measure(renderer: &mut Renderer, variants: &[Variant], stop: Stop<'_>) -> Result<Cost, PageError> {
     let double = renderer.device().has_double();
     let variants: Vec<Variant> =
-        VARIANTS.into_iter().filter(|v| double || v.precision != Precision::Double).collect();
+        variants.iter().copied().filter(|v| double || v.precision != Precision::Double).collect();
     let mut scenes = Vec::new();
     for scene in [room(), flake(), rock()] {
         let mut seconds = |variant: &Variant| {
             running(stop)?;
+            (variant.prepare)(renderer);
             let settings = Settings {
                 width: SIDE,
                 height: SIDE,
                 samples: 2,
                 precision: variant.precision,
-                planted: variant.planted,
                 ..Settings::of(&scene)
             };
             Ok::<_, PageError>(renderer.render(&scene, &settings)?.report.time.device)
@@ -111,7 +103,7 @@ pub(super) fn measure(renderer: &mut Renderer, stop: Stop<'_>) -> Result<Cost, P
         }
         for _ in 0..ROUNDS {
             for (variant, ratios) in variants.iter().zip(&mut ratios) {
-                let base = seconds(&ROBUST)?;
+                let base = seconds(&variants[0])?;
                 ratios.push(seconds(variant)? / base);
             }
         }
@@ -135,27 +127,32 @@ fn ratio(x: f64) -> String {
 }
 
 impl Cost {
-    pub(super) fn text(&self, kind: &str) -> String {
+    /// As Markdown; `kind` of the device as in `DeviceInfo`.
+    pub fn text(&self, kind: &str) -> String {
         let cells = self.variants.iter().enumerate().map(|(i, variant)| {
             let of = |scene: usize| self.scenes.get(scene).map_or("-".into(), |s| cell(&s[i], &s[0]));
             [variant.name.to_owned(), of(0), of(1), of(2)]
         });
         let rows: Vec<[String; 4]> = cells.collect();
-        let columns =
-            [("over `robust`", Left), ("room", Right), ("flake on a planet", Right), ("mesh", Right)];
+        let columns = [
+            ("device time / `robust`", Left),
+            ("room", Right),
+            ("flake on a planet", Right),
+            ("mesh", Right),
+        ];
         let caution = if kind == "cpu" {
-            "**This device is a CPU driver: the ratios are its own and say nothing of a GPU**, on most of which f64 costs \
-             many times f32.\n\n"
+            "**This device is a CPU driver: the ratios say nothing about a GPU**, on most of which f64 costs many times \
+             f32.\n\n"
         } else {
             ""
         };
         format!(
-            "{caution}Device time (timestamps around every pass) of a render over that of `robust` just before it; median \
-             and, in brackets, lower and upper\nquartile of {ROUNDS} rounds in which every variant runs once, after a \
-             warm-up. Below 1 the protection costs time. **Bold** where the middle\nhalf of the rounds stands out of \
-             the noise, which is the first row, the same work again, taken as wide above 1 as below; a figure\nthat is \
-             not bold is not told from it. The room is that of above without the sheet, the flake has 91 mirrors above a sphere of radius \
-             10^6 m, the\nmesh 5,120 triangles. Without a protection an image may be wrong; only its time is shown here.\n\n{}",
+            "{caution}Device time (timestamps around every pass) of a render divided by that of a `robust` render just before \
+             it: median and quartiles of\n{ROUNDS} rounds, each with every variant once, after a warm-up. **Bold** marks \
+             ratios whose interquartile range lies outside the noise,\nwhich is the first row (`robust` against itself), \
+             taken symmetrically about 1. The room is the one above without the sheet; the flake has\n91 mirrors above a \
+             sphere of radius 10^6 m; the mesh has 5,120 triangles. A faster variant may render a wrong image; only time is \
+             compared\nhere.\n\n{}",
             table(&columns, &rows)
         )
     }
@@ -179,10 +176,9 @@ mod tests {
 
     #[test]
     fn the_first_variant_is_the_noise() {
-        assert_eq!((VARIANTS[0].precision, VARIANTS[0].planted), (Precision::Robust, None));
-        let mut planted: Vec<_> = VARIANTS.iter().filter_map(|v| v.planted).collect();
-        planted.dedup();
-        assert_eq!(planted.len(), 8);
+        assert_eq!(PRECISIONS[0].precision, Precision::Robust);
+        let name = PRECISIONS[0].name;
+        assert!(PRECISIONS[1..].iter().all(|v| v.precision != Precision::Robust), "{name}");
     }
 
     #[test]

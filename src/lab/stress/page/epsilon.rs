@@ -138,7 +138,7 @@ impl Epsilon {
             .map(|p| {
                 let name = match p.origin {
                     Origin::Bound => "**error bound**".into(),
-                    Origin::Fixed(x) if x == REPORTS => format!("**{}**, the report's", scientific(x)),
+                    Origin::Fixed(x) if x == REPORTS => format!("**{}**, the report's value", scientific(x)),
                     Origin::Fixed(x) => scientific(x),
                 };
                 let m = &p.full;
@@ -155,10 +155,10 @@ impl Epsilon {
             .collect();
         let table = table(
             &[
-                ("origin, metres along the ray", Left),
+                ("ray origin, metres along the ray", Left),
                 ("RMSE", Right),
-                ("maximum", Right),
-                ("in codes", Right),
+                ("largest error", Right),
+                ("8-bit codes", Right),
                 ("pixels changed", Right),
                 ("too dark, direct light", Right),
                 ("too light, direct light", Right),
@@ -170,17 +170,18 @@ impl Epsilon {
 
     fn method(&self) -> String {
         format!(
-            "A room of {} m with a mirror wall, a glass ball, a mirror ball, a box, and a sheet that leans on the floor \
-             by one edge: {SIDE}x{SIDE}\npixels, {SAMPLES} samples, depth 4. The f64 oracle renders the same sample positions, so what differs is \
-             where secondary\nand shadow rays start, and rounding. RMSE and maximum are in linear light clamped to \
-             [0, 1]; a pixel has *changed* if one of its 8-bit codes has. The last two columns are of the same room at\n\
-             depth 1: no ray but shadow rays leaves a surface, so a pixel that is too dark by {CODES} codes or more has a \
-             shadow ray that was\nblocked wrongly, one that is too light a shadow ray that missed its blocker.\n",
+            "A room of {} m with a mirror wall, a glass sphere, a mirror sphere, a box, and a sheet that touches the floor \
+             with one edge:\n{SIDE}x{SIDE} pixels, {SAMPLES} samples per pixel, depth 4. The f64 oracle renders the same \
+             sample positions, so the images differ only in the\norigins of secondary and shadow rays, and in \
+             rounding. Errors are in linear light clamped to [0, 1]; a pixel has *changed* if one of its\n8-bit codes \
+             has. The last two columns show the same room at depth 1, where only shadow rays leave a surface: a pixel \
+             that is too\ndark by {CODES} codes or more has a shadow ray that was wrongly blocked, one that is too light \
+             has a shadow ray that missed its blocker.\n",
             number(self.room)
         )
     }
 
-    /// What the figures say, and nothing that they do not.
+    /// Conclusions that follow from the figures.
     fn reading(&self) -> String {
         let Some(bound) = self.bound() else { return String::new() };
         let share = |count: u64| percent(count, self.pixels);
@@ -190,9 +191,9 @@ impl Epsilon {
         let mut text = String::new();
         if let Some((x, worst)) = self.fixed().filter(|f| f.0 <= best).max_by_key(|f| f.1.dark) {
             text += &format!(
-                "- **Left branch, acne.** Below the rounding of the hit point a ray starts on the wrong side of its own \
-                 surface and hits it: the light is\n  shadowed, a mirror sees itself. Up to {} of the pixels are too dark \
-                 in direct light (at {} m), {} too light.\n",
+                "- **Left branch: shadow acne.** If epsilon is smaller than the rounding error of the hit point, a ray \
+                 starts on the wrong side of its own\n  surface and hits it: lit points are in shadow, and a mirror \
+                 reflects itself. Up to {} of the pixels are too dark in direct light (at {} m),\n  {} too light.\n",
                 share(worst.dark),
                 scientific(x),
                 share(worst.light),
@@ -200,19 +201,19 @@ impl Epsilon {
         }
         if let Some((x, worst)) = self.fixed().filter(|f| f.0 >= best).max_by_key(|f| f.1.light) {
             text += &format!(
-                "- **Right branch, leaks and lost contact.** A ray starts beyond what it should have met. Shadow rays pass \
-                 the sheet where it is nearer\n  than the epsilon, so its shadow no longer reaches it: up to {} of the \
-                 pixels are too light in direct light (at {} m), {} too dark.\n  Mirrors and glass show the rest: their \
-                 rays start elsewhere, or on the wrong side of the ball.\n",
+                "- **Right branch: light leaks.** A ray starts beyond an object that it should hit. Where the sheet is closer to \
+                 the floor than epsilon,\n  shadow rays start behind it, and its shadow is detached: up to {} of the pixels \
+                 are too light in direct light (at {} m), {} too dark.\n  In mirrors and glass, rays start at a displaced \
+                 point or on the wrong side of the sphere.\n",
                 share(worst.light),
                 scientific(x),
                 share(worst.dark),
             );
         }
         text += &format!(
-            "- **The bottom** lies at {} m, with an RMSE of {} and {} of the pixels changed. It has to be found anew \
-             for every scene, scale and\n  precision. The error bound needs no search: RMSE {}, {} of the pixels changed. \
-             Its median length here is {} m.\n",
+            "- **The best epsilon** is {} m, with an RMSE of {} and {} of the pixels changed. It is different for every \
+             scene, scale and\n  precision. The error bound needs no choice: RMSE {}, {} of the pixels changed; its median \
+             length here is {} m.\n",
             scientific(best),
             number(least.full.rmse),
             share(least.full.code_differing_pixels),
@@ -223,8 +224,8 @@ impl Epsilon {
         if let Some((_, p)) = self.fixed().find(|f| f.0 == REPORTS) {
             let branch = if best < REPORTS { "right" } else { "left" };
             text += &format!(
-                "- **The report's 0.1** lies on the {branch} branch: RMSE {}, {} times that of the bound; {} of the \
-                 pixels changed,\n  {} too light in direct light.\n",
+                "- **The report's value, 0.1,** lies on the {branch} branch: RMSE {}, {} times that of the error bound; {} of \
+                 the pixels changed,\n  {} too light in direct light.\n",
                 number(p.full.rmse),
                 number(p.full.rmse / bound.full.rmse),
                 share(p.full.code_differing_pixels),

@@ -1,21 +1,47 @@
-//! The plots of a sweep.
+//! The plots of a sweep, each with a caption that says what to read off it.
 
 use crate::lab::plot::{Axis, Chart, Legend, Look, Scale, Series};
 use crate::lab::sweep::analysis::{Line, fit, lines, theory};
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
 
-/// Axes by which points may be coloured, the most telling first.
+/// Axes by which points may be coloured, in order of preference.
 const COLORED: [&str; 6] = ["sampler", "precision", "fresnel", "spheres", "depth", "origin"];
 /// More colours cannot be told apart.
 const MOST_COLORS: usize = 6;
 
-/// File names and plots; those of axes that were not swept are left out.
-pub(super) fn charts(record: &Record) -> Vec<(&'static str, Chart)> {
-    let all =
-        [("error_time", time(record)), ("error_samples", samples(record)), ("error_depth", depth(record))];
-    let rest = [("error_epsilon", epsilon(record))];
-    all.into_iter().chain(rest).filter_map(|(name, chart)| Some((name, chart?))).collect()
+/// A plot of the page.
+pub(super) struct Plot {
+    /// Of its files, without the extension.
+    pub name: &'static str,
+    pub chart: Chart,
+    /// Shown below it.
+    pub caption: &'static str,
+}
+
+const TIME: &str = "Each dot is one setting: its render time (median) and its error. Lower left is better. The line is \
+                    the Pareto front: the lowest error for the time. A dot far from the line takes longer, or errs more, \
+                    than it need.";
+const SAMPLES: &str = "Sampling error, without bias, one line per sampler. Lower is better; a steeper line gains more \
+                       from each added sample. Both axes are logarithmic, so a straight line is a power law and its \
+                       slope the exponent. The thin lines have the slope that theory predicts at edges.";
+const DEPTH: &str = "Error at the most samples per pixel of this sweep. Where a curve is flat, more depth does not help: \
+                     the rest is sampling error. The thin line is the bias, the error that infinitely many samples \
+                     would leave; its fall shows how much light longer paths carry.";
+const EPSILON: &str = "Error when secondary rays start at a fixed distance (epsilon) from the surface. Too small, and \
+                       rays hit the surface they leave; too large, and they skip what is near. The level lines are \
+                       origin=bound, which derives the distance from the rounding error and needs no epsilon: it should \
+                       be as low as the lowest point of the curve.";
+
+/// The plots; those of axes that were not swept are left out.
+pub(super) fn plots(record: &Record) -> Vec<Plot> {
+    let all = [
+        ("error_time", TIME, time(record)),
+        ("error_samples", SAMPLES, samples(record)),
+        ("error_depth", DEPTH, depth(record)),
+        ("error_epsilon", EPSILON, epsilon(record)),
+    ];
+    all.into_iter().filter_map(|(name, caption, chart)| Some(Plot { name, chart: chart?, caption })).collect()
 }
 
 fn judged(record: &Record) -> impl Iterator<Item = (&Row, f64)> {
@@ -70,12 +96,12 @@ fn time(record: &Record) -> Option<Chart> {
     let name = |group: &String| match colored {
         Some(axis) if ["sampler", "precision"].contains(axis) => group.clone(),
         Some(axis) => format!("{axis} {group}"),
-        None => "points".into(),
+        None => "settings".into(),
     };
-    // The front first, so that the points lie on it; its colour is the last.
+    // The front is drawn first, under the points.
     let front = record.front.iter().filter_map(|n| record.rows.iter().find(|r| r.name == *n));
     let mut series = vec![Series {
-        name: "none is faster and better".into(),
+        name: "Pareto front".into(),
         color: 6,
         points: front.filter_map(|r| Some((r.seconds(), r.rmse()?))).collect(),
         look: Look::Thick,
@@ -89,7 +115,7 @@ fn time(record: &Record) -> Option<Chart> {
     chart("Error against time", ("render time, seconds", Scale::Decades), series, Legend::UpperRight)
 }
 
-/// Of each sampler the line whose limit is lowest: there the samples' own error shows furthest.
+/// For each sampler the line with the lowest bias: there the sampling error can be seen the furthest.
 fn samples(record: &Record) -> Option<Chart> {
     let limit = |row: &Row| row.error.as_ref().and_then(|e| e.limit).unwrap_or(f64::INFINITY);
     let all = lines(&record.rows);
@@ -113,8 +139,8 @@ fn samples(record: &Record) -> Option<Chart> {
     chart("Sampling error against samples", x, series, Legend::LowerLeft)
 }
 
-/// Rows that are all alike but for one axis and what `fixed` leaves open: at the most samples, the first
-/// seed, the default of everything else where the sweep has it.
+/// Rows that differ in `axis` (and `open`, unless empty) only: at the most samples per pixel, with every other
+/// axis at its preferred value, or its last if the sweep lacks that.
 fn along<'a>(record: &'a Record, axis: &str, open: &str) -> Vec<(&'a Row, f64)> {
     let most = record.rows.iter().map(|r| r.point.samples).max();
     let wanted = |name: &str, preferred: &str| {
@@ -164,15 +190,15 @@ fn depth(record: &Record) -> Option<Chart> {
     let limit = points(&along(record, "depth", ""), |r, _| {
         Some((f64::from(r.point.depth), r.error.as_ref()?.limit?))
     });
-    let name = "what more samples would leave".into();
+    let name = "bias".into();
     series.push(Series { name, color: 3, points: limit, look: Look::Plain });
     let mut chart = chart(
         "Error against depth",
-        ("rays in the longest path", Scale::Linear),
+        ("depth: rays in the longest path", Scale::Linear),
         series,
         Legend::UpperRight,
     )?;
-    // Beyond five decades there is nothing to see but rounding.
+    // Five decades below the largest error, all is rounding.
     chart.y.range[0] = chart.y.range[0].max(chart.y.range[1] * 1e-5);
     clip(&mut chart);
     Some(chart)
@@ -197,7 +223,7 @@ fn epsilon(record: &Record) -> Option<Chart> {
     let series = vec![
         Series { name: "fixed epsilon".into(), color: 0, points: total, look: Look::Marked },
         Series {
-            name: "the same, sampling taken off".into(),
+            name: "fixed epsilon, bias only".into(),
             color: 1,
             points: curve(&|r, _| limit(r)),
             look: Look::Marked,
@@ -209,7 +235,7 @@ fn epsilon(record: &Record) -> Option<Chart> {
             look: Look::Plain,
         },
         Series {
-            name: "the same, sampling taken off".into(),
+            name: "error bound, bias only".into(),
             color: 1,
             points: level(bound.and_then(|(r, _)| limit(r))),
             look: Look::Plain,
@@ -223,7 +249,7 @@ fn points(rows: &[(&Row, f64)], point: impl Fn(&Row, f64) -> Option<(f64, f64)>)
     rows.iter().filter_map(|(r, e)| point(r, *e)).collect()
 }
 
-/// Leaves out what lies under the chart.
+/// Removes points below the chart.
 fn clip(chart: &mut Chart) {
     let least = chart.y.range[0];
     chart.series.iter_mut().for_each(|s| s.points.retain(|p| p.1 >= least));
@@ -261,9 +287,9 @@ mod tests {
 
     #[test]
     fn what_was_not_swept_has_no_plot() {
-        let names: Vec<_> = charts(&record()).into_iter().map(|(name, _)| name).collect();
+        let names: Vec<_> = plots(&record()).into_iter().map(|p| p.name).collect();
         assert_eq!(names, ["error_time", "error_samples"]);
-        assert!(charts(&Record::default()).is_empty());
+        assert!(plots(&Record::default()).is_empty());
     }
 
     #[test]

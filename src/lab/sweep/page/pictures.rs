@@ -1,55 +1,64 @@
-//! The pictures behind points, small, each with its difference from the truth in false colours.
+//! The pictures of chosen settings, each with its difference from the truth in false colours.
 
+use super::markup::error;
 use crate::compare::metrics::Rgb;
 use crate::image::heat::heat;
 use crate::image::{Metadata, code8, png8};
+use crate::lab::sweep::folder::Folder;
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
-use crate::lab::sweep::run::picture;
 use crate::lab::sweep::trace::SweepError;
+use crate::units::seconds;
 use glam::DVec3;
 use std::path::Path;
 
 /// Wider pictures are shrunk by a whole factor.
-const WIDEST: u32 = 320;
-/// Points of the front that are shown, at most.
+const WIDEST: u32 = 1024;
+/// Most settings of the Pareto front that are shown.
 const MOST: usize = 8;
-/// What the false colours span: from here to 1, in decades.
+/// The false colours span the decades from here to 1.
 pub(super) const LEAST: f64 = 1e-4;
-/// One picture of the page.
-pub(super) struct Shown {
-    /// Over it.
-    pub title: String,
-    /// The picture, a PNG.
-    pub picture: Vec<u8>,
-    /// Its difference from the truth; none for the truth itself.
-    pub difference: Option<Vec<u8>>,
-    /// Pixels on the page.
+
+/// What the page shows.
+#[derive(Default)]
+pub(super) struct Pictures {
+    /// PNG.
+    pub truth: Vec<u8>,
+    pub list: Vec<Shown>,
+    /// Width and height of every picture.
     pub size: [u32; 2],
 }
 
-/// The truth, points of the front, and the worst and the slowest of all.
-pub(super) fn shown(folder: &Path, record: &Record, truth: &[DVec3]) -> Result<Vec<Shown>, SweepError> {
+/// One picture, however many settings gave it.
+pub(super) struct Shown {
+    /// Why it is shown.
+    pub tags: Vec<&'static str>,
+    /// Every setting with this picture: name, and its figures in words.
+    pub settings: Vec<(String, String)>,
+    /// PNG.
+    pub picture: Vec<u8>,
+    /// PNG of the difference from the truth.
+    pub difference: Vec<u8>,
+}
+
+/// The truth, and the pictures of settings on the Pareto front, with the largest error, and the slowest.
+pub(super) fn pictures(folder: Folder<'_>, record: &Record, truth: &[DVec3]) -> Result<Pictures, SweepError> {
     let Record { width, height, .. } = *record;
     let factor = width.div_ceil(WIDEST).max(1);
     let size = [width.div_ceil(factor), height.div_ceil(factor)];
-    let mut list = vec![Shown {
-        title: "truth".into(),
-        picture: png(&shrunk(truth, width, factor, mean), size)?,
-        difference: None,
-        size,
-    }];
-    for row in chosen(record) {
-        let image = picture(folder, row)?;
+    let mut list = Vec::new();
+    for (row, tags) in chosen(record) {
+        let image = folder.picture(row)?;
         let apart: Vec<[f64; 3]> = image.iter().zip(truth).map(|(a, b)| [worst(a, b); 3]).collect();
+        let same = record.rows.iter().filter(|r| same_picture(r, row));
         list.push(Shown {
-            title: row.name.clone(),
+            tags,
+            settings: same.map(|r| (r.name.clone(), figures(r))).collect(),
             picture: png(&shrunk(&image, width, factor, mean), size)?,
-            difference: Some(png(&shrunk(&apart, width, factor, largest), size)?),
-            size,
+            difference: png(&shrunk(&apart, width, factor, largest), size)?,
         });
     }
-    Ok(list)
+    Ok(Pictures { truth: png(&shrunk(truth, width, factor, mean), size)?, list, size })
 }
 
 impl Rgb for [f64; 3] {
@@ -58,21 +67,34 @@ impl Rgb for [f64; 3] {
     }
 }
 
-fn chosen(record: &Record) -> Vec<&Row> {
-    let front: Vec<&Row> = record.rows.iter().filter(|r| r.on_front).collect();
+fn same_picture(a: &Row, b: &Row) -> bool {
+    a.key == b.key || (!a.image.linear_sha256.is_empty() && a.image.linear_sha256 == b.image.linear_sha256)
+}
+
+fn figures(row: &Row) -> String {
+    let flip = row.error.as_ref().map(|e| e.flip);
+    format!("{}, RMSE {}, FLIP {}", seconds(row.seconds()), error(row.rmse()), error(flip))
+}
+
+/// Rows with different pictures, each with the reasons to show it.
+fn chosen(record: &Record) -> Vec<(&Row, Vec<&'static str>)> {
+    let front = super::tables::front_rows(record);
     let by = |value: &dyn Fn(&Row) -> f64| record.rows.iter().max_by(|a, b| value(a).total_cmp(&value(b)));
     let steps = front.len().min(MOST);
-    let mut rows: Vec<&Row> = (0..steps).map(|i| front[i * (front.len() - 1) / (steps - 1).max(1)]).collect();
-    rows.sort_by(|a, b| a.seconds().total_cmp(&b.seconds()));
-    rows.extend(by(&|r| r.rmse().unwrap_or(-1.0)));
-    rows.extend(by(&|r| r.seconds()));
-    let mut once: Vec<&Row> = Vec::new();
-    for row in rows {
-        if !once.iter().any(|r| r.key == row.key) {
-            once.push(row);
+    let thinned = (0..steps).map(|i| front[i * (front.len() - 1) / (steps - 1).max(1)]);
+    let reasons = thinned
+        .map(|row| (row, "Pareto front"))
+        .chain(by(&|r| r.rmse().unwrap_or(-1.0)).map(|row| (row, "largest error")))
+        .chain(by(&|r| r.seconds()).map(|row| (row, "slowest")));
+    let mut list: Vec<(&Row, Vec<&'static str>)> = Vec::new();
+    for (row, reason) in reasons {
+        match list.iter_mut().find(|(other, _)| same_picture(other, row)) {
+            Some((_, tags)) if tags.contains(&reason) => {}
+            Some((_, tags)) => tags.push(reason),
+            None => list.push((row, vec![reason])),
         }
     }
-    once
+    list
 }
 
 /// The largest difference of any channel, as shown.
@@ -87,7 +109,7 @@ fn mean(block: &[[f64; 3]]) -> [u8; 3] {
     std::array::from_fn(|c| code8((block.iter().map(|p| p[c].clamp(0.0, 1.0)).sum::<f64>() / n) as f32))
 }
 
-/// The false colour of the largest of a block: shrinking shall not hide it.
+/// The false colour of the largest of a block: shrinking must not hide it.
 fn largest(block: &[[f64; 3]]) -> [u8; 3] {
     false_color(block.iter().map(|p| p[0]).fold(0.0, f64::max))
 }
@@ -142,17 +164,29 @@ mod tests {
         assert_eq!(rgb.len(), 2 * 2 * 3, "the last band is half as high");
     }
 
+    fn row(k: usize) -> Row {
+        let mut row = Row { key: k.to_string(), name: k.to_string(), on_front: k < 20, ..Row::default() };
+        row.measured.render.median = k as f64;
+        row
+    }
+
     #[test]
     fn the_front_is_thinned_and_the_extremes_are_there() {
-        let row = |k: usize| {
-            let mut row = Row { key: k.to_string(), name: k.to_string(), on_front: k < 20, ..Row::default() };
-            row.measured.render.median = k as f64;
-            row
-        };
         let record = Record { rows: (0..30).map(row).collect(), ..Record::default() };
-        let names: Vec<&str> = chosen(&record).iter().map(|r| r.name.as_str()).collect();
+        let names: Vec<&str> = chosen(&record).iter().map(|(r, _)| r.name.as_str()).collect();
         assert!(names.contains(&"0") && names.contains(&"19") && names.contains(&"29"), "{names:?}");
         assert!(names.len() <= MOST + 2);
         assert!(chosen(&Record::default()).is_empty());
+    }
+
+    #[test]
+    fn equal_pictures_are_shown_once_with_every_reason() {
+        let mut rows: Vec<Row> = [5, 29].map(row).into();
+        assert_eq!(chosen(&Record { rows: rows.clone(), ..Record::default() }).len(), 2);
+        rows.iter_mut().for_each(|r| r.image.linear_sha256 = "abc".into());
+        let record = Record { rows, ..Record::default() };
+        let list = chosen(&record);
+        assert_eq!(list.len(), 1);
+        assert!(list[0].1.contains(&"Pareto front") && list[0].1.contains(&"slowest"));
     }
 }

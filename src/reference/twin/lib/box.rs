@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/box.glsl`.
+//! Twin of `glsl/lib/shape/box.glsl`.
 
 use super::super::real::{Real, Real3, U};
 use super::super::structs::{Sphere, Triangle};

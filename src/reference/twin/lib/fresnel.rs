@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/fresnel.glsl`.
+//! Twin of `glsl/lib/optics/fresnel.glsl`.
 
 use super::super::real::{Real, Real3, real};
 use super::super::structs::Material;

@@ -1,10 +1,10 @@
-//! Twin of `glsl/lib/light.glsl`.
+//! Twin of `glsl/lib/optics/light.glsl`.
 
 use super::super::real::{Real, Real3, U, Vec3, float};
 use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
-use super::trace::{Shapes, make_trace_ray};
+use super::traverse::{Shapes, make_trace_ray};
 use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT};
 use crate::settings::sampler::pcg4d;
 
@@ -60,7 +60,7 @@ pub struct Lit<'a> {
     /// By ray.
     pub contributions: &'a mut [Contribution],
     /// By sample.
-    pub slots: &'a mut [[f32; 3]],
+    pub sample_radiance: &'a mut [[f32; 3]],
     /// By sample.
     pub paths: &'a mut [Path],
     /// By depth.
@@ -87,12 +87,12 @@ impl Lit<'_> {
             }
             self.depth_counts[push.depth as usize - 1].shadow += shadow_rays;
         }
-        let slot = ray.slot;
+        let sample_index = ray.sample_index;
         if spec.survey != 0 {
             let kind = if hit { s.flags & ((1 << PREFIX_SHIFT) - 1) } else { 0 };
             let id = if hit { self.shapes.primitive_id(s.primitive) } else { NONE };
             let hash = pcg4d([id, kind, push.depth, push.light_begin << 8 | seen])[0];
-            let path = &mut self.paths[slot as usize];
+            let path = &mut self.paths[sample_index as usize];
             path.hash = path.hash.wrapping_add(hash);
             path.rays += shadow_rays + u32::from(first);
             path.depth = path.depth.max(push.depth);
@@ -107,9 +107,9 @@ impl Lit<'_> {
         let weighted = Vec3::from(ray.throughput) * color;
         let begins = push.depth == 1;
         if spec.branching != 0 && !begins {
-            self.contributions[i] = Contribution { light: weighted.into(), slot };
+            self.contributions[i] = Contribution { light: weighted.into(), sample_index };
         } else {
-            let total = &mut self.slots[slot as usize];
+            let total = &mut self.sample_radiance[sample_index as usize];
             let sum = if begins { Vec3::ZERO } else { Vec3::from(*total) };
             *total = (sum + weighted).into();
         }

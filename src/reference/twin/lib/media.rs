@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/media.glsl`. `list` is one ray's part of `media`.
+//! Twin of `glsl/lib/optics/media.glsl`. `list` is one ray's part of `media`.
 
 /// Whether the ray is in `solid`.
 pub fn is_inside(list: &[u32], solid: u32) -> bool {

@@ -1,6 +1,7 @@
 //! Twins of `glsl/lib`, file by file.
 
 pub mod r#box;
+pub mod double_length;
 pub mod fresnel;
 pub mod light;
 pub mod media;
@@ -9,6 +10,5 @@ pub mod spawn;
 pub mod sphere;
 pub mod strike;
 pub mod surface;
-pub mod trace;
+pub mod traverse;
 pub mod triangle;
-pub mod wide;

@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/numeric.glsl`. No `dot()`, `normalize()` of glam: the order of operations is
+//! Twin of `glsl/lib/base/numeric.glsl`. No `dot()`, `normalize()` of glam: the order of operations is
 //! the kernel's.
 
 use super::super::real::{Real, Real3, SPLIT, Vec3};

@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/spawn.glsl`.
+//! Twin of `glsl/lib/optics/spawn.glsl`.
 
 use super::super::real::{Real3, U, Vec3};
 use super::super::structs::{Camera, Ray, Surface};
@@ -72,7 +72,7 @@ pub fn spawn(
     let child = |w: Real3, weight: f32| Ray {
         origin: spawn_origin(position, offset, w, fixed, shift).into(),
         direction: w.into(),
-        slot: ray.slot,
+        sample_index: ray.sample_index,
         skip,
         throughput: (weight * throughput).into(),
         pad: 0,

@@ -1,11 +1,11 @@
-//! Twin of `glsl/lib/sphere.glsl`.
+//! Twin of `glsl/lib/shape/sphere.glsl`.
 
 use super::super::real::{Real, Real3, U};
 use super::super::structs::{Sphere, WideSphere};
-use super::numeric::{dot3, max_component};
-use super::wide::{
+use super::double_length::{
     Wide, wide_add, wide_add3, wide_div, wide_dot, wide_mul, wide_negative, wide_scale, wide_sqrt, wide3,
 };
+use super::numeric::{dot3, max_component};
 
 fn nearest_root(t0: Real, t1: Real) -> Real {
     let (near, far) = (if t0 < t1 { t0 } else { t1 }, if t0 < t1 { t1 } else { t0 });

@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/strike.glsl`.
+//! Twin of `glsl/lib/optics/strike.glsl`.
 
 use super::super::real::{Real, Real3, float, real};
 use super::super::structs::{
@@ -116,7 +116,7 @@ impl Scene<'_> {
 
     fn note_cut(&self, ray: &Ray, throughput: f32, paths: &mut [Path]) {
         if self.spec.survey != 0 {
-            paths[ray.slot as usize].cut += (throughput * CUT_ONE as f32) as u32 + 1;
+            paths[ray.sample_index as usize].cut += (throughput * CUT_ONE as f32) as u32 + 1;
         }
     }
 

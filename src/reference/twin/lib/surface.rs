@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/surface.glsl`.
+//! Twin of `glsl/lib/optics/surface.glsl`.
 
 use super::super::real::{Real, Real3, U, real};
 use super::super::structs::{CornerNormals, Sphere, Triangle, WideSphere};

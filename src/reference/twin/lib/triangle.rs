@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/triangle.glsl`.
+//! Twin of `glsl/lib/shape/triangle.glsl`.
 
 use super::super::real::{Real, Real3};
 use super::super::structs::Triangle;

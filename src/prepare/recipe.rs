@@ -1,0 +1,74 @@
+//! The choices by which a scene becomes arrays.
+
+use super::rounding::WIDE_RADII;
+use crate::prepare::bvh;
+use crate::prepare::local_frame::LocalFrame;
+use crate::scene::Scene;
+use glam::DVec3;
+use std::ops::RangeInclusive;
+
+/// How a scene is packed. Every render takes [`Recipe::of`].
+pub(crate) struct Recipe {
+    /// Coordinates of the arrays.
+    pub frame: LocalFrame,
+    /// Where the eye is in them; tells which solids it is in.
+    pub eye: DVec3,
+    /// Enlargement of boxes, relative to the larger of 1 and the coordinate.
+    pub padding: f64,
+    /// Normal of triangles without area; `None` drops these triangles.
+    pub degenerate_normal: Option<DVec3>,
+    /// Local radii of the spheres that single numbers serve.
+    pub single_radii: RangeInclusive<f64>,
+}
+
+impl Recipe {
+    /// The sound one.
+    pub fn of(scene: &Scene) -> Recipe {
+        Recipe::within(LocalFrame::of(scene), scene)
+    }
+
+    fn within(frame: LocalFrame, scene: &Scene) -> Recipe {
+        Recipe {
+            frame,
+            eye: frame.point(scene.camera.look_from),
+            padding: bvh::PADDING,
+            degenerate_normal: None,
+            single_radii: WIDE_RADII,
+        }
+    }
+}
+
+#[cfg(feature = "defects")]
+mod planted {
+    use super::Recipe;
+    use crate::kernel::defects::Defect;
+    use crate::prepare::local_frame::{LocalFrame, times_power_of_two};
+    use crate::scene::bounds::Bounds;
+    use glam::DVec3;
+
+    impl Recipe {
+        /// What makes the recipe with `defect` in it.
+        pub(crate) fn planted(defect: Defect) -> fn(&crate::scene::Scene) -> Recipe {
+            match defect {
+                Defect::WorldFrame => |scene| Recipe::within(world(&LocalFrame::of(scene)), scene),
+                Defect::EyeInAir => |scene| Recipe { eye: DVec3::INFINITY, ..Recipe::of(scene) },
+                Defect::TightBoxes => |scene| Recipe { padding: 0.0, ..Recipe::of(scene) },
+                Defect::KeepDegenerate => {
+                    |scene| Recipe { degenerate_normal: Some(DVec3::Y), ..Recipe::of(scene) }
+                }
+                Defect::NoWide => |scene| Recipe { single_radii: 0.0..=f64::INFINITY, ..Recipe::of(scene) },
+                _ => Recipe::of,
+            }
+        }
+    }
+
+    /// The user's own coordinates.
+    fn world(local: &LocalFrame) -> LocalFrame {
+        let back = |p: DVec3| p.to_array().map(|x| times_power_of_two(x, -local.scale_log2));
+        let bounds = Bounds {
+            lo: local.center + DVec3::from(back(local.bounds.lo)),
+            hi: local.center + DVec3::from(back(local.bounds.hi)),
+        };
+        LocalFrame { center: DVec3::ZERO, scale_log2: 0, bounds }
+    }
+}
