@@ -66,12 +66,13 @@ pub mod lab;
 #[doc(hidden)]
 pub mod cli;
 
-pub use accuracy::promise::{BoundedImage, Layer, Request, Target, UnfinishedBounded};
+pub use accuracy::promise::{Bounded, BoundedImage, Layer, Request, Target};
 pub use compare::metrics::{Metrics, SizeMismatch, compare};
+pub use glam::DVec3;
 pub use image::{Picture, ReadError, SaveError};
 pub use plan::PlanError;
-pub use render::{Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer, Unfinished};
+pub use render::{Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
 pub use report::Report;
 pub use scene::{Scene, SceneError};
-pub use settings::{DeviceChoice, Precision, Settings};
+pub use settings::{DeviceChoice, Precision, Settings, SettingsError};
 pub use vk::VkError;

@@ -29,7 +29,10 @@ fn a_report_is_complete_without_the_command_line() {
     assert_eq!(report.scene.file, SCENE);
     assert_eq!(report.image.linear_sha256, whitted::image::linear_sha256(&image.linear));
     let time = &report.time;
-    assert!(time.scene > 0.0 && time.build > 0.0 && time.first_dispatch > 0.0 && time.render > 0.0, "{time:?}");
+    assert!(
+        time.scene > 0.0 && time.build > 0.0 && time.first_dispatch > 0.0 && time.render > 0.0,
+        "{time:?}"
+    );
     let parts = time.scene + time.build + time.first_dispatch + time.render;
     assert!(time.wall >= parts && time.wall <= wall, "{parts} {} {wall}", time.wall);
     // Opening the device is part of the first render only.
@@ -50,8 +53,16 @@ fn a_bounded_image_needs_no_observer_and_no_replicates() {
     assert!(image.report.time.wall > 0.0 && image.report.time.scene > 0.0);
 
     let one = Settings { samples: 1, ..settings.clone() };
-    let refused = renderer.render_bounded(&scene, &one, &Request::settings());
-    assert!(matches!(refused, Err(RenderError::OneSample)));
+    let uneven = Settings { samples: 5, replicates: 2, ..settings.clone() };
+    let refused = [
+        renderer.render_bounded(&scene, &one, &Request::settings()),
+        renderer.render_bounded(&scene, &uneven, &Request::settings()),
+        renderer.render_bounded(&scene, &settings, &Request::error(0.0)),
+        renderer.render_bounded(&scene, &settings, &Request { confidence: 1.0, ..Request::error(0.1) }),
+    ];
+    for result in refused {
+        assert!(matches!(result, Err(RenderError::Settings(_))), "{:?}", result.err());
+    }
 
     let rough = renderer.render_bounded(&scene, &settings, &Request::error(0.2)).unwrap();
     assert_eq!(rough.report.asked.met, Some(true));
@@ -75,7 +86,9 @@ fn errors_keep_their_sources() {
     let unwritable = image.save("none/such/folder/a.png").unwrap_err();
     assert!(unwritable.source().is_some_and(|e| e.is::<std::io::Error>()), "{unwritable:?}");
 
-    let Err(error) = Renderer::new(&DeviceChoice::Index(1000)) else { panic!("there are not so many devices") };
+    let Err(error) = Renderer::new(&DeviceChoice::Index(1000)) else {
+        panic!("there are not so many devices")
+    };
     assert!(matches!(error, RenderError::NoDevice(_)), "{error:?}");
 }
 

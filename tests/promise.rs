@@ -5,8 +5,8 @@
 
 use std::path::Path;
 use std::time::{Duration, Instant};
-use whitted::accuracy::promise::{BoundedImage, Request, Target, UnfinishedBounded};
-use whitted::render::{Observer, Quiet, Renderer, Survey};
+use whitted::accuracy::promise::{Bounded, BoundedImage, Request, Target};
+use whitted::render::{Observer, Quiet, Renderer, ResumeState, Survey};
 use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
@@ -44,10 +44,10 @@ fn request(target: Target) -> Request {
 }
 
 /// Through a file's bytes, as `--resume` goes.
-fn stored(kept: &UnfinishedBounded) -> UnfinishedBounded {
+fn stored(kept: &ResumeState<Bounded>) -> ResumeState<Bounded> {
     let mut bytes = Vec::new();
     kept.write(&mut bytes).unwrap();
-    UnfinishedBounded::read(&mut bytes.as_slice()).unwrap()
+    ResumeState::read(&mut bytes.as_slice()).unwrap()
 }
 
 fn whole_and_pieces(
@@ -74,7 +74,7 @@ fn whole_and_pieces(
         .unwrap();
         assert!(part.cancelled && part.done > 0.0, "{tile} {submits}");
         let kept = part.unfinished.as_ref().unwrap();
-        assert_eq!(&stored(kept).begun, &kept.begun);
+        assert_eq!(&stored(kept), kept);
         // Pixels without samples are filled in, or there are none.
         assert_eq!(part.linear().len(), 480);
         earlier = Some(stored(kept));

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
-use whitted::render::{Observer, Quiet, RenderError, Rendered, Renderer, Unfinished};
+use whitted::render::{Observer, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
 use whitted::scene::Scene;
 use whitted::settings::sampler::Sampler;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
@@ -39,10 +39,10 @@ fn bits(rendered: &Rendered) -> Vec<u32> {
 }
 
 /// Through a file's bytes, as `--resume` goes.
-fn stored(unfinished: &Unfinished) -> Unfinished {
+fn stored(unfinished: &ResumeState<Tiles>) -> ResumeState<Tiles> {
     let mut bytes = Vec::new();
     unfinished.write(&mut bytes).unwrap();
-    Unfinished::read(&mut bytes.as_slice()).unwrap()
+    ResumeState::read(&mut bytes.as_slice()).unwrap()
 }
 
 #[test]

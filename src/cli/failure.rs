@@ -85,7 +85,7 @@ impl Failure {
     /// The exit code of this failure.
     pub fn code(&self) -> Code {
         match self {
-            Failure::Usage(_) => Code::Usage,
+            Failure::Usage(_) | Failure::Render(RenderError::Settings(_)) => Code::Usage,
             Failure::Scene(_) => Code::Scene,
             Failure::Render(RenderError::NoDevice(_) | RenderError::NoDouble { .. }) => Code::NoDevice,
             Failure::Render(RenderError::DeviceLost(_)) => Code::DeviceLost,
@@ -96,7 +96,6 @@ impl Failure {
                 RenderError::OutOfMemory(_)
                 | RenderError::DoesNotFit(_)
                 | RenderError::TooManyRays { .. }
-                | RenderError::OneSample
                 | RenderError::Mismatch(_)
                 | RenderError::Vulkan(_),
             )

@@ -49,7 +49,9 @@ impl fmt::Display for Shortage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (bytes, limit) = (units::bytes(self.bytes), units::bytes(self.limit));
         match self.buffer {
-            Some(name) => write!(f, "{bytes} for `{name}`, but a buffer on this device can have at most {limit}"),
+            Some(name) => {
+                write!(f, "{bytes} for `{name}`, but a buffer on this device can have at most {limit}")
+            }
             None => write!(f, "{bytes}, but three quarters of this device's memory are {limit}"),
         }
     }

@@ -68,11 +68,7 @@ impl Plan {
                 share.min(of_heap),
                 OF_PRIMITIVES.contains(&buffer),
             ),
-            _ => (
-                Shortage { buffer: None, bytes: self.bytes(), limit: heap },
-                of_heap,
-                rest < heap,
-            ),
+            _ => (Shortage { buffer: None, bytes: self.bytes(), limit: heap }, of_heap, rest < heap),
         };
         // A thousandth less, as lengths are rounded up to whole elements.
         let fit = (count as f64 * share * 0.999).floor();

@@ -162,7 +162,7 @@ pub fn brute_force_max(forced: Option<bool>, settings: &Settings, limits: &Limit
         Some(false) => 0,
         None if on(Feature::Hierarchy) => 0,
         None if !may_join(settings, limits) || on(Feature::LoneRays) => BRUTE_FORCE_MAX,
-        None => std::env::var("WH_BRUTE").ok().and_then(|x| x.parse().ok()).unwrap_or(BRUTE_FORCE_MAX_JOINED),
+        None => BRUTE_FORCE_MAX_JOINED,
     }
 }
 
@@ -235,7 +235,6 @@ impl Plan {
             features: packed.features(),
         };
         let few = by_brute_force && packed.primitive_count() <= abi::UNROLL_MAX as usize;
-        let few = few && std::env::var("WH_JOIN").as_deref() != Ok("0");
         let joined = limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
         let fused = joined && plan.may_fuse(settings, limits, survey);
         // What is wanted, then what else there is where texel views do not reach.

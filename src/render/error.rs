@@ -2,6 +2,7 @@
 
 use super::Mismatch;
 use crate::plan::PlanError;
+use crate::settings::SettingsError;
 use crate::vk::VkError;
 
 /// Why there is no image. The text of a variant does not repeat that of its source.
@@ -11,6 +12,9 @@ pub enum RenderError {
     /// No Vulkan, no usable device, or not the one asked for.
     #[error(transparent)]
     NoDevice(VkError),
+    /// A setting is outside its range.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
     /// Double precision is asked of a device without it.
     #[error("`{device}` has no double precision (shaderFloat64); take --precision robust or another device")]
     NoDouble {
@@ -38,9 +42,6 @@ pub enum RenderError {
         /// Rays that the queue holds.
         capacity: u32,
     },
-    /// A bound on the error is asked of one sample a pixel.
-    #[error("one sample a pixel says nothing of its error: take 2 samples or more, or ask for an error")]
-    OneSample,
     /// The earlier part belongs to another render.
     #[error(transparent)]
     Mismatch(#[from] Mismatch),

@@ -2,6 +2,7 @@
 
 mod batches;
 mod error;
+mod identity;
 mod prepared;
 mod resume_state;
 pub mod samples;
@@ -14,15 +15,16 @@ mod upload;
 
 pub(crate) use batches::mean;
 pub use error::RenderError;
+pub use identity::{Identity, Mismatch};
 pub(crate) use prepared::Built;
 pub use prepared::Prepared;
-pub use resume_state::{Begun, Mismatch, Unfinished};
+pub use resume_state::{Kind, Payload, ResumeState, Tiles};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 
+use crate::image::{self, SaveError, View};
 #[cfg(feature = "defects")]
 use crate::kernel::defects::Defect;
-use crate::image::{self, SaveError, View};
 use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::explain::explain;
 use crate::plan::{Plan, PlannedScene, Purpose};
@@ -55,7 +57,7 @@ pub struct Rendered {
     /// name yet.
     pub report: Report,
     /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
-    pub unfinished: Option<Unfinished>,
+    pub unfinished: Option<ResumeState<Tiles>>,
 }
 
 impl Rendered {
@@ -222,8 +224,8 @@ impl Renderer {
     /// Renders `scene`. Kernels stay compiled for the next render.
     ///
     /// # Errors
-    /// [`RenderError::NoDouble`] if the settings ask for f64 and the device has none;
-    /// [`RenderError::DoesNotFit`], [`RenderError::TooManyRays`] or [`RenderError::OutOfMemory`] if scene and
+    /// [`RenderError::Settings`] if a setting is outside its range; [`RenderError::NoDouble`] if the settings ask for
+    /// f64 and the device has none; [`RenderError::DoesNotFit`], [`RenderError::TooManyRays`] or [`RenderError::OutOfMemory`] if scene and
     /// settings need more than the device has; [`RenderError::DeviceLost`] or [`RenderError::Vulkan`] if it fails.
     pub fn render(&mut self, scene: &Scene, settings: &Settings) -> Result<Rendered, RenderError> {
         self.render_with(scene, settings, &mut Quiet)
@@ -253,7 +255,7 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        earlier: Unfinished,
+        earlier: ResumeState<Tiles>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         self.prepare(scene, settings)?.resume(earlier, observer)
@@ -264,6 +266,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::render`].
     pub fn prepare(&mut self, scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
+        settings.check()?;
         let built = self.build(scene, settings, Purpose::Image)?;
         self.prepare_built(scene, built)
     }

@@ -2,8 +2,8 @@
 //! [`Renderer::prepare`]; rendering, resuming and trials start from it and may do so several times.
 
 use super::batches::{Drawn, Frame};
-use super::resume_state::Identity;
-use super::{Observer, Quiet, RenderError, Rendered, Renderer, Unfinished};
+use super::identity::Identity;
+use super::{Observer, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
 use crate::image::linear_sha256;
 use crate::kernel::abi::double::Camera;
 use crate::plan::explain::explain;
@@ -136,7 +136,7 @@ impl Prepared {
 
     /// Everything that the bits of the image depend on.
     pub(super) fn identity(&self) -> Identity {
-        Identity::new(&self.device, self.packed(), self.camera, self.settings())
+        Identity::new(&self.device, self.packed(), self.camera, self.settings(), String::new())
     }
 
     /// Renders the image. Times of preparation in the report are those of this `Prepared`.
@@ -163,7 +163,7 @@ impl Prepared {
     /// As [`Prepared::render`]; also [`RenderError::Mismatch`] if `earlier` is of another render.
     pub fn resume(
         &mut self,
-        earlier: Unfinished,
+        earlier: ResumeState<Tiles>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         self.finish(Some(earlier), observer)
@@ -171,7 +171,7 @@ impl Prepared {
 
     fn finish(
         &mut self,
-        earlier: Option<Unfinished>,
+        earlier: Option<ResumeState<Tiles>>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         let (mut drawn, before) = match earlier {
@@ -199,8 +199,10 @@ impl Prepared {
             render: before.render + render.as_secs_f64(),
         };
         let [x0, y0, x1, y1] = self.settings().region();
-        let unfinished = (done < 1.0 && !drawn.finished.is_empty())
-            .then(|| Unfinished::new(self.identity(), report.time.clone(), &drawn));
+        let unfinished = (done < 1.0 && !drawn.finished.is_empty()).then(|| {
+            let tiles = Tiles::of(&drawn, self.settings().region());
+            ResumeState::new(self.identity(), report.time.clone(), drawn.tally.clone(), tiles)
+        });
         report.device = self.device.clone();
         report.scene.file = self.file.clone();
         report.image.linear_sha256 = linear_sha256(&drawn.linear);

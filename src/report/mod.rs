@@ -1,10 +1,15 @@
-//! The machine-readable report: the names of report-format.md, filled by `render`, written as JSON.
+//! The machine-readable report: the keys of docs/report.md, filled by `render`, written as JSON.
 //! Times in seconds, sizes in bytes.
 
+#[doc(hidden)]
 pub mod explain;
+#[doc(hidden)]
 pub mod prediction;
+#[doc(hidden)]
 pub mod receipt;
+#[doc(hidden)]
 pub mod table;
+#[doc(hidden)]
 pub mod timeline;
 
 use crate::settings::Settings;

@@ -1,6 +1,6 @@
 //! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
-//! and already checked. [`Scene::load`] and [`Scene::parse`] are the only ways from text to a [`Scene`];
-//! tests may build one by hand.
+//! and already checked. [`Scene::load`] and [`Scene::parse`] are the only ways from text to a [`Scene`].
+//! A scene that is built by hand must keep the ranges that the fields state: rendering relies on them.
 
 pub mod bounds;
 mod error;
@@ -10,12 +10,14 @@ mod mtl;
 mod obj;
 mod parse;
 mod polygon;
+#[doc(hidden)]
 pub mod procedural;
 mod table;
 mod transform;
 mod tokens;
 
 pub use error::SceneError;
+pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
 pub use transform::{Transform, rotation};
 
 use crate::scene::bounds::Bounds;

@@ -12,11 +12,11 @@ use std::time::Instant;
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
-const MAX_SIDE: u32 = 65_535;
+pub(crate) const MAX_SIDE: u32 = 65_535;
 /// Most samples per pixel: beyond 2^24 a sample changes a single-precision mean by less than an ulp.
-const MAX_SAMPLES: u32 = 1 << 24;
+pub(crate) const MAX_SAMPLES: u32 = 1 << 24;
 /// Deepest paths: after 1024 hits that each halve it, a throughput has left the range even of f64.
-const MAX_DEPTH: u32 = 1024;
+pub(crate) const MAX_DEPTH: u32 = 1024;
 /// Smallest sine of the angle between view and up: the camera's axes are off by 2^-53 divided by it,
 /// which must stay below the 2^-24 of single-precision directions with some bits to spare.
 const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;

@@ -109,16 +109,25 @@ const uint few_triangles = !by_tree || loose_triangles != 0u ? triangle_count : 
 const uint few_spheres = !by_tree || loose_spheres != 0u ? sphere_count : 0u;
 
 uint filter_triangle(uint i, TraceRay r) {
+#ifdef LANES
+    Triangle t = gather_triangle(i);
+#else
     Triangle t;
     t.a = triangles[i].a;
     t.b = triangles[i].b;
     t.c = triangles[i].c;
+#endif
     bool may = i != r.skip && may_hit_triangle(t, r.origin, r.shear);
     return may ? 1u << i : 0u;
 }
 
 uint filter_sphere(uint i, TraceRay r) {
-    bool may = may_hit_sphere(spheres[i], r.origin, r.direction, triangle_count + i == r.skip);
+#ifdef LANES
+    Sphere s = gather_sphere(i);
+#else
+    Sphere s = spheres[i];
+#endif
+    bool may = may_hit_sphere(s, r.origin, r.direction, triangle_count + i == r.skip);
     return may ? 1u << (few_triangles + i) : 0u;
 }
 

@@ -1,11 +1,11 @@
 //! An image with an error bound, and its layers.
 
-use super::{Task, UnfinishedBounded};
+use super::{Bounded, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::Gathered;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{self, SaveError, View, linear_sha256};
-use crate::render::{Observer, Survey};
+use crate::render::{Observer, ResumeState, Survey};
 use crate::report::{Report, TimeInfo};
 use std::path::Path;
 use std::time::Duration;
@@ -36,7 +36,7 @@ pub struct BoundedImage {
     pub cancelled: bool,
     /// The state for [`Renderer::resume_bounded`](crate::Renderer::resume_bounded), if it was cancelled and can be
     /// resumed.
-    pub unfinished: Option<UnfinishedBounded>,
+    pub unfinished: Option<ResumeState<Bounded>>,
 }
 
 /// A layer of `--aov`: one number per pixel.

@@ -18,14 +18,13 @@ mod until_error;
 mod until_time;
 
 pub use bounded_image::{BoundedImage, Layer};
-pub use resume_state::UnfinishedBounded;
-pub(crate) use resume_state::is_kept;
+pub use resume_state::Bounded;
 pub use until_time::LATE;
 
 use super::radiance_bound::{RadianceLimit, radiance_limit};
-use crate::render::{Observer, Quiet, RenderError, Renderer};
+use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Settings, SettingsError};
 use monotone_progress::Forward;
 use std::time::{Duration, Instant};
 
@@ -79,6 +78,19 @@ impl Request {
     fn new(target: Target) -> Request {
         Request { target, confidence: 0.95, keep_depth: false, keep_precision: false }
     }
+
+    /// Checks that confidence, error and time are in their ranges.
+    fn check(&self) -> Result<(), SettingsError> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        match self.target {
+            _ if !(self.confidence > 0.0 && self.confidence < 1.0) => {
+                Err(SettingsError::Confidence(self.confidence))
+            }
+            Target::Error(error) if !positive(error) => Err(SettingsError::Error(error)),
+            Target::Time { seconds, .. } if !positive(seconds) => Err(SettingsError::Time(seconds)),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Replicates of adaptive sampling. Few, since larger sets of samples are spread more evenly; at least three, so
@@ -103,8 +115,9 @@ impl Renderer {
     /// Renders `scene` to what `request` asks, and bounds the image's error.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; also [`RenderError::OneSample`] if the settings are to be kept and have one sample a
-    /// pixel. A target that cannot be reached is no error: the report says so in `asked`.
+    /// As [`Renderer::render`]; also [`RenderError::Settings`] if the request is outside its ranges, or the settings
+    /// are to be kept and have one sample a pixel. A target that cannot be reached is no error: the report says so in
+    /// `asked`.
     pub fn render_bounded(
         &mut self,
         scene: &Scene,
@@ -139,10 +152,9 @@ impl Renderer {
         scene: &Scene,
         settings: &Settings,
         request: &Request,
-        earlier: UnfinishedBounded,
+        earlier: ResumeState<Bounded>,
         observer: &mut dyn Observer,
     ) -> Result<BoundedImage, RenderError> {
-        earlier.check(request)?;
         self.finish_bounded(scene, settings, request, Some(earlier), observer)
     }
 
@@ -151,26 +163,34 @@ impl Renderer {
         scene: &Scene,
         settings: &Settings,
         request: &Request,
-        earlier: Option<UnfinishedBounded>,
+        earlier: Option<ResumeState<Bounded>>,
         observer: &mut dyn Observer,
     ) -> Result<BoundedImage, RenderError> {
         let limit = radiance_limit(scene);
         let observer = Forward::new(observer);
         let mut settings = settings.clone();
-        if request.target == Target::Settings && settings.replicates < 2 {
-            settings.replicates = replicates(settings.samples, REPLICATES);
+        settings.check()?;
+        request.check()?;
+        if request.target == Target::Settings {
+            let samples = settings.samples;
             if settings.replicates < 2 {
-                return Err(RenderError::OneSample);
+                settings.replicates = replicates(samples, REPLICATES);
+            }
+            if settings.replicates < 2 || !samples.is_multiple_of(settings.replicates) {
+                return Err(SettingsError::Replicates(settings.replicates, samples).into());
             }
         }
         let task = Task { renderer: self, scene, settings, request: *request, limit, observer };
         let mut image = match request.target {
             Target::Settings => task.fixed(earlier),
             Target::Error(target) => task.until_error(target, earlier),
+            Target::Time { .. } if earlier.is_some() => {
+                return Err(Mismatch("a render with --time goes on from no other".into()).into());
+            }
             Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
         }?;
         if let Some(unfinished) = &mut image.unfinished {
-            unfinished.begun.time = image.report.time.clone();
+            unfinished.time = image.report.time.clone();
         }
         Ok(image)
     }

@@ -145,11 +145,11 @@ pub struct ScheduleArgs {
     #[arg(long, value_parser = ["32", "64", "128", "256"])]
     pub workgroup: Option<String>,
 
-    /// Work that goes into the hierarchy of a large scene: `fast`, `balanced` or `best`
+    /// Work that goes into the hierarchy of a large scene: `balanced` or `best`
     #[arg(long, value_name = "WHICH", default_value = "balanced")]
     pub bvh: Hierarchy,
-    /// Features that kernels have although the scene lacks them, separated by commas, or `all`: for measuring what they cost
-    #[arg(long, value_name = "FEATURES")]
+    /// Features that kernels have although the scene lacks them, separated by commas, or `all`: for tests
+    #[arg(long, value_name = "FEATURES", hide = true)]
     pub general: Option<General>,
 }
 

@@ -1,6 +1,6 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
-use crate::accuracy::promise::{self, BoundedImage, Layer, Request, Target, UnfinishedBounded};
+use crate::accuracy::promise::{self, BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
@@ -81,10 +81,10 @@ pub(super) fn run(
     console: &mut Console,
 ) -> Result<(), Failure> {
     let earlier = match &state {
-        Some(state) => state.earlier(args.resume, UnfinishedBounded::read, console)?,
+        Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
-    let before = earlier.as_ref().map_or(0.0, |earlier| earlier.begun.time.wall);
+    let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = Scene::load(&args.scene)?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, &mut settings, started)?;
@@ -126,11 +126,7 @@ pub(super) fn run(
     delivery::validated(&renderer.validation_messages(), console)?;
     if cancelled {
         let then = match (&state, unfinished) {
-            (Some(state), Some(mut unfinished)) => {
-                unfinished.begun.time = report.time.clone();
-                state.save(|out| unfinished.write(out))?;
-                format!("; continue with --resume (state in {})", state.path().display())
-            }
+            (Some(file), Some(unfinished)) => format!("; {}", file.save(unfinished, &report)?),
             _ => String::new(),
         };
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));

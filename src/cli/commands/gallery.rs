@@ -111,12 +111,7 @@ fn make(
 }
 
 /// Completes the report and writes the picture.
-fn save(
-    folder: &Path,
-    picture: &Picture,
-    rendered: &mut Rendered,
-    started: Instant,
-) -> Result<(), Failure> {
+fn save(folder: &Path, picture: &Picture, rendered: &mut Rendered, started: Instant) -> Result<(), Failure> {
     let path = folder.join(format!("{}.png", picture.name));
     let report = &mut rendered.report;
     report.image.file = path.display().to_string();

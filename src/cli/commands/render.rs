@@ -10,7 +10,7 @@ use crate::cli::progress::{self, Progress, Style};
 use crate::cli::state::StateFile;
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
-use crate::render::{Renderer, Unfinished};
+use crate::render::{Renderer, ResumeState, Tiles};
 use crate::report::Report;
 use crate::report::explain::Outline;
 use crate::report::receipt;
@@ -26,7 +26,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         return bounded_image::run(args, format, state, started, console);
     }
     let earlier = match &state {
-        Some(state) => state.earlier(args.resume, Unfinished::read, console)?,
+        Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
@@ -141,15 +141,11 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
 fn interrupted(
     report: &Report,
     done: f64,
-    unfinished: Option<Unfinished>,
+    unfinished: Option<ResumeState<Tiles>>,
     state: Option<StateFile>,
 ) -> Result<Failure, Failure> {
     let then = match (state, unfinished) {
-        (Some(state), Some(mut unfinished)) => {
-            unfinished.time = report.time.clone();
-            state.save(|out| unfinished.write(out))?;
-            format!("continue with --resume (state in {})", state.path().display())
-        }
+        (Some(file), Some(unfinished)) => file.save(unfinished, report)?,
         _ => "it cannot be resumed, since no tile is finished".into(),
     };
     Ok(Failure::Interrupted(format!(

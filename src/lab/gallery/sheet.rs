@@ -87,13 +87,14 @@ impl<'a> Row<'a> {
         let shown = pictures.iter().map(|p| (p.enlarged(factor(p)), factor(p))).collect();
         // Enlarged, all of a picture's parts are as wide as the picture together.
         let count = PARTS.len() as u32;
-        let size = pictures.first().map_or([1, 1], |p| {
-            let factor = factor(p);
-            let room = (p.width * factor).saturating_sub((count - 1) * NEAR) / count;
-            let width = (room / (ENLARGED * factor)).max(1);
-            [width, (width * p.height / p.width).max(1)]
+        let size = pictures.first().map_or([0, 0], |p| {
+            let room = (p.width * factor(p)).saturating_sub((count - 1) * NEAR) / count;
+            let width = room / (ENLARGED * factor(p));
+            [width, (width * p.height).div_ceil(p.width)]
         });
-        Row { section, shown, parts: differences(&pictures, size, PARTS.len()) }
+        // A picture of few pixels is large enough as it is.
+        let parts = if size[0] == 0 { Vec::new() } else { differences(&pictures, size, PARTS.len()) };
+        Row { section, shown, parts }
     }
 
     /// What the frames mean, each with its colour.

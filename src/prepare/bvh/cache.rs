@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// Changes whenever the same primitives may give another tree.
-const BUILDER: u32 = 2;
+const BUILDER: u32 = 3;
 const MAGIC: &[u8; 12] = b"whitted bvh\n";
 /// Numbers of a file before its nodes, u32 each: builder, nodes, compressed nodes, items, depth, both stacks.
 const COUNTS: usize = 7;
@@ -42,7 +42,6 @@ const LIMIT: u64 = 1 << 30;
 /// Below these, building takes no longer than a file.
 fn worth(quality: Hierarchy) -> usize {
     match quality {
-        Hierarchy::Fast => 1 << 18,
         Hierarchy::Balanced => 1 << 17,
         Hierarchy::Best => 1 << 14,
     }

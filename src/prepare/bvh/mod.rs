@@ -137,7 +137,7 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     let loose_spheres = order.split_off(order.partition_point(|p| p.kind == 0));
     let kinds = [0, 1].map(|kind| prims.iter().any(|p| p.kind == kind));
     let task = (prims.len() / TASKS).max(TASK_LEAST);
-    let builder = Builder { mixed: kinds == [true; 2], task, quality: wanted.quality };
+    let builder = Builder { mixed: kinds == [true; 2], task };
     let mut pairs = match prims.len() {
         0 => vec![[Child::ABSENT; 2]],
         _ if builder.leaf_fits(&prims) => vec![[leaf(&prims, 0), Child::ABSENT]],
@@ -183,7 +183,6 @@ fn efforts(quality: Hierarchy, nodes: usize) -> Vec<reinsert::Effort> {
     let all = reinsert::Effort { nodes, rounds: 8, share: 4 };
     match quality {
         _ if nodes < 3 => Vec::new(),
-        Hierarchy::Fast => Vec::new(),
         Hierarchy::Balanced => vec![top],
         Hierarchy::Best => vec![top, all],
     }
@@ -212,7 +211,6 @@ struct Builder {
     mixed: bool,
     /// Primitives that one thread takes at once, at most.
     task: usize,
-    quality: Hierarchy,
 }
 
 /// The upper part of the hierarchy, down to what one thread built.
@@ -311,9 +309,8 @@ impl Builder {
         // Levels that halving still needs: to single items, and one to part kinds.
         let needs = |n: usize| n.next_power_of_two().trailing_zeros() as usize + 1;
         let plane = match n {
-            _ if self.quality == Hierarchy::Fast => split::best_plane::<FEW_BINS>(prims, &centers, true),
-            ..=FEW => split::best_plane::<FEW_BINS>(prims, &centers, false),
-            _ => split::best_plane::<BINS>(prims, &centers, false),
+            ..=FEW => split::best_plane::<FEW_BINS>(prims, &centers),
+            _ => split::best_plane::<BINS>(prims, &centers),
         };
         if let Some((plane, sides)) = plane {
             let middle = partition_by(prims, |p| plane.is_left(p));
