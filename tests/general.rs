@@ -12,7 +12,7 @@ use whitted::kernel::defects::Defect;
 use whitted::lab::receipt::differing;
 use whitted::plan::{Limits, Plan, pack_for};
 use whitted::reference::twin;
-use whitted::scene::{self, Scene};
+use whitted::scene::Scene;
 use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{Schedule, Settings};
 
@@ -105,7 +105,7 @@ fn scenes_of_one_thing_and_of_none() {
     let material = "[material.m]\ndiffuse = [0.5, 0.6, 0.7]\nsecondary = 0.5\nfresnel = \"exact\"\n";
     let sphere = "[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"m\"\n";
     for text in [text.to_owned() + material + sphere, text.to_owned() + material] {
-        let scene = scene::parse_str(&text, std::path::Path::new("one.toml")).unwrap();
+        let scene = Scene::parse(&text, std::path::Path::new("one.toml")).unwrap();
         let settings = Settings { depth: 3, ..Settings::of(&scene) };
         let own = by_twins(&scene, &settings);
         for general in Feature::ALL.iter().map(|f| General::default().with(*f)).chain([General::all()]) {

@@ -5,7 +5,7 @@ mod common;
 
 use common::{renderer, scenes};
 use whitted::accuracy::pixel_sums::Gathered;
-use whitted::accuracy::promise::{self, Known, Request, Target};
+use whitted::accuracy::promise::{BoundedImage, Request, Target};
 use whitted::accuracy::radiance_bound::{RadianceLimit, radiance_limit};
 use whitted::accuracy::sampling::Noise;
 use whitted::accuracy::truncation::hidden;
@@ -25,10 +25,10 @@ fn sized(scene: &Scene, width: u32, height: u32) -> Settings {
     Settings { width, height, ..Settings::of(scene) }
 }
 
-fn known(r: &mut Renderer, scene: &Scene, settings: &Settings, target: Target) -> Known {
+fn known(r: &mut Renderer, scene: &Scene, settings: &Settings, target: Target) -> BoundedImage {
     let fixed = target == Target::Settings;
     let request = Request { target, confidence: CONFIDENCE, keep_depth: fixed, keep_precision: fixed };
-    promise::render(r, scene, settings, &request, &mut Quiet).expect("an image")
+    r.render_bounded(scene, settings, &request).expect("an image")
 }
 
 fn truth(r: &mut Renderer, scene: &Scene, settings: &Settings, depth: Option<u32>, error: f64) -> Truth {
@@ -173,7 +173,7 @@ fn light_without_a_limit_is_called_unbounded_and_bounded_by_white() {
         radius = 0.5
         material = "ball"
     "#;
-    let scene = whitted::scene::parse_str(text, std::path::Path::new("touch.toml")).expect("a scene");
+    let scene = whitted::scene::Scene::parse(text, "touch.toml").expect("a scene");
     let mut r = renderer();
     let settings = Settings { samples: 4, replicates: 4, depth: 1, ..Settings::of(&scene) };
     let stated = known(&mut r, &scene, &settings, Target::Settings).report.error.expect("a budget");

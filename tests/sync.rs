@@ -14,7 +14,7 @@ use whitted::settings::forced_features::{Feature, General};
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 fn validated() -> Renderer {
-    Renderer::new(&DeviceChoice::Cpu, true)
+    Renderer::with_validation(&DeviceChoice::Cpu)
         .unwrap_or_else(|e| panic!("these tests need the validation layer: {e}"))
 }
 

@@ -273,7 +273,7 @@ pub fn probe_twins(
     limits: &Limits,
 ) -> Result<Probed, RenderError> {
     if settings.precision == Precision::Double {
-        return Err(RenderError::Failed("the twins' rays can be read in single precision only".into()));
+        return Err(RenderError::NoDouble { device: "a probe of the kernels' twins".into() });
     }
     let p = Probe::new(Recipe::of(scene), scene, settings, rays.len(), brute_force, limits);
     let (packed, plan) = (&p.0.packed, p.0.plan()?);

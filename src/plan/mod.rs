@@ -2,6 +2,7 @@
 //! queue capacity, tile and batch, bytes.
 
 pub mod dispatches;
+mod error;
 pub mod explain;
 mod fit;
 pub mod memory_traffic;
@@ -10,6 +11,7 @@ mod planned_scene;
 pub mod predicted_time;
 pub mod tiles;
 
+pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
 pub use planned_scene::{PlannedScene, Purpose};
 
@@ -95,11 +97,6 @@ impl Switched {
 
 /// Bytes of a texel: four words.
 pub const TEXEL_BYTES: u64 = 16;
-
-/// Why no plan exists; says what would fit.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct PlanError(pub String);
 
 /// A plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -201,10 +198,7 @@ impl Plan {
             if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
         let per_light = abi::LOOP_CAP / lights_per_pass;
         if by_brute_force && packed.primitive_count() as u32 > per_light {
-            return Err(PlanError(format!(
-                "brute force over {} primitives exceeds the limit of {per_light} loop iterations per kernel; use the hierarchy",
-                packed.primitive_count()
-            )));
+            return Err(PlanError::TooManyToTry { primitives: packed.primitive_count(), limit: per_light });
         }
         let on = |f: Feature| settings.schedule.general.has(f);
         let mut plan = Plan {

@@ -202,11 +202,7 @@ impl Frame {
     }
 
     pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
-        RenderError::DoesNotFit(format!(
-            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the queue holds; \
-             reduce --depth",
-            self.plan.capacity
-        ))
+        RenderError::TooManyRays { pixel: Some([x, y]), capacity: self.plan.capacity }
     }
 
     /// Samples of all pixels of a part, from scratch. `done` of `total` samples were there before.

@@ -1,7 +1,11 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
+mod error;
+#[doc(hidden)]
 pub mod forced_features;
 pub mod sampler;
+
+pub use error::SettingsError;
 
 use crate::scene::Scene;
 use crate::settings::forced_features::General;
@@ -111,6 +115,9 @@ impl FromStr for Origin {
 }
 
 /// Reads the least throughput of a ray, in [0, 1).
+///
+/// # Errors
+/// If it is no number or outside that range; says what to write.
 pub fn parse_cutoff(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),

@@ -34,8 +34,7 @@ impl Instance {
     /// Loads Vulkan 1.2; with `validate`, under the validation layer with synchronisation validation.
     pub(super) fn new(validate: bool) -> Result<Instance, VkError> {
         // SAFETY: loads the system's Vulkan loader; its initialisers are trusted like any driver.
-        let entry = unsafe { ash::Entry::load() }
-            .map_err(|e| VkError::NoDevice(format!("no Vulkan loader ({e}): {INSTALL_HINT}")))?;
+        let entry = unsafe { ash::Entry::load() }.map_err(VkError::NoLoader)?;
         let application =
             vk::ApplicationInfo::default().application_name(c"whitted").api_version(vk::API_VERSION_1_2);
         let mut layers: Vec<*const c_char> = Vec::new();

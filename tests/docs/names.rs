@@ -140,7 +140,7 @@ fn the_scene_formats_example_is_a_scene() {
     let text = read("docs/scene-format.md");
     let mut examples = text.split("```toml\n").skip(1).filter_map(|t| t.split("```").next());
     let example = examples.next().expect("an example");
-    let scene = whitted::scene::parse_str(example, Path::new("docs/example.toml")).expect("a sound example");
+    let scene = Scene::parse(example, Path::new("docs/example.toml")).expect("a sound example");
     assert_eq!((scene.spheres.len(), scene.polygons.len(), scene.lights.len()), (1, 1, 1));
 }
 

@@ -1,7 +1,7 @@
 //! `--budget`: the settings as they are, and what error they leave.
 
 use super::Task;
-use super::bounded_image::{Image, Known};
+use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Stage, options};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
@@ -14,7 +14,10 @@ use std::time::Instant;
 
 impl Task<'_> {
     /// All samples of all pixels, and the same again in f64 where the device has it.
-    pub(super) fn fixed(mut self, earlier: Option<ResumeState<Bounded>>) -> Result<Known, RenderError> {
+    pub(super) fn fixed(
+        mut self,
+        earlier: Option<ResumeState<Bounded>>,
+    ) -> Result<BoundedImage, RenderError> {
         let settings = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
         let identity = survey.identity(&settings, options(&self.request));

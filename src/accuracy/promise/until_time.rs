@@ -4,7 +4,7 @@
 //! ends by it (`Survey::finish_by`), and nothing that was traced by then is lost: pixels come from coarse to
 //! fine, and steps may be cut anywhere.
 
-use super::bounded_image::{Image, Known};
+use super::bounded_image::{BoundedImage, Image};
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, Cut};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
@@ -70,7 +70,7 @@ impl Task<'_> {
         seconds: f64,
         from: Instant,
         layers: u32,
-    ) -> Result<Known, RenderError> {
+    ) -> Result<BoundedImage, RenderError> {
         self.observer.by_clock(from, seconds);
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };

@@ -4,7 +4,7 @@
 use super::share::Share;
 use super::truth::Truth;
 use crate::accuracy::pixel_sums::Gathered;
-use crate::accuracy::promise::{self, Known, Request, Target};
+use crate::accuracy::promise::{BoundedImage, Request, Target};
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -38,7 +38,7 @@ pub struct BudgetTrial {
 
 impl BudgetTrial {
     /// Compares an image with both truths.
-    pub fn of(known: &Known, seed: u32, truth: &Truth, same_depth: &Truth) -> BudgetTrial {
+    pub fn of(known: &BoundedImage, seed: u32, truth: &Truth, same_depth: &Truth) -> BudgetTrial {
         let stated = known.report.error.clone().unwrap_or_default();
         BudgetTrial {
             seed,
@@ -140,12 +140,12 @@ impl Bench<'_> {
         replicates: u32,
         target: Target,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Known>, RenderError> {
+    ) -> Result<Option<BoundedImage>, RenderError> {
         let settings = Settings { seed, samples, replicates, ..self.settings.clone() };
         let fixed = target == Target::Settings;
         let request =
             Request { target, confidence: self.confidence, keep_depth: fixed, keep_precision: fixed };
-        let known = promise::render(self.renderer, self.scene, &settings, &request, observer)?;
+        let known = self.renderer.render_bounded_with(self.scene, &settings, &request, observer)?;
         Ok((!known.cancelled && known.done == 1.0).then_some(known))
     }
 
@@ -155,7 +155,7 @@ impl Bench<'_> {
         seed: u32,
         samples: u32,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Known>, RenderError> {
+    ) -> Result<Option<BoundedImage>, RenderError> {
         let most = BUDGET_REPLICATES.min(samples);
         let replicates = (2..=most).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples);
         self.render(seed, samples, replicates, Target::Settings, observer)

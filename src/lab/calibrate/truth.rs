@@ -154,7 +154,7 @@ fn follow(
         let traced = match survey.trace(&places, 0..REPLICATES, observer) {
             Ok(traced) => traced,
             // One sample's rays outgrew the queue: the depth before has to do.
-            Err(RenderError::DoesNotFit(_)) if depth > DEPTHS[0] => break,
+            Err(error) if error.does_not_fit() && depth > DEPTHS[0] => break,
             Err(error) => return Err(error),
         };
         last = depth;

@@ -23,14 +23,10 @@ const SIBLING: &str = "_glass";
 /// A scene to render, with the name of its pictures.
 #[derive(Debug, Clone)]
 pub struct Subject {
-    /// Path as given.
-    pub file: PathBuf,
-    /// Its stem.
+    /// Stem of its file.
     pub name: String,
     /// The scene.
     pub scene: Scene,
-    /// Seconds to read it.
-    pub seconds: f64,
 }
 
 /// Pictures under one heading.
@@ -119,7 +115,7 @@ pub fn sibling(scene: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::scene::{Camera, RenderDefaults};
+    use crate::scene::{Camera, ReadTime, RenderDefaults};
     use glam::DVec3;
 
     pub(crate) fn subject(name: &str, width: u32, samples: u32) -> Subject {
@@ -127,6 +123,7 @@ pub(crate) mod tests {
             Camera { look_from: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov: 1.0, width, height: 5 };
         let scene = Scene {
             file: PathBuf::new(),
+            read_time: ReadTime::default(),
             camera,
             render: RenderDefaults { samples, depth: 3, background: DVec3::ZERO },
             lights: vec![],
@@ -135,7 +132,7 @@ pub(crate) mod tests {
             polygons: vec![],
             meshes: vec![],
         };
-        Subject { file: name.into(), name: name.into(), scene, seconds: 0.0 }
+        Subject { name: name.into(), scene }
     }
 
     #[test]

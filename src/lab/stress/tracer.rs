@@ -6,7 +6,7 @@ use crate::plan::{Limits, PlannedScene};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
 use crate::reference::twin;
-use crate::render::{Quiet, RenderError, Renderer};
+use crate::render::{RenderError, Renderer};
 use crate::report::{Counters, DepthInfo, RayInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -40,7 +40,7 @@ pub trait Tracer {
 
 impl Tracer for Renderer {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let r = self.render(scene, settings, &mut Quiet)?;
+        let r = self.render(scene, settings)?;
         Ok(Picture { linear: r.linear, counters: r.report.counters, rays: r.report.rays })
     }
 
@@ -74,7 +74,7 @@ impl Tracer for Twins {
             PlannedScene::for_twins(Recipe::of(scene), scene, settings, &Limits::LAVAPIPE, self.brute_force);
         let packed = &planned.packed;
         let (linear, counts) = twin::render(packed, scene, settings, planned.plan()?)
-            .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
+            .ok_or(RenderError::TooManyRays { pixel: None, capacity: planned.plan()?.capacity })?;
         let count = |i: u32| counts.counters[i as usize];
         let counters = Counters {
             degenerate_triangles: packed.degenerate_triangles,

@@ -1,7 +1,7 @@
 use super::*;
 use crate::plan::{Limits, pack_for};
 use crate::report::DepthInfo;
-use crate::scene;
+use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::settings::forced_features::{Feature, General};
 use std::path::Path;
@@ -13,7 +13,7 @@ fn plan(name: &str, depth: u32) -> Plan {
 
 fn planned(name: &str, depth: u32, general: General) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
-    let scene = scene::load(&path).expect("a scene");
+    let scene = Scene::load(&path).expect("a scene");
     let mut settings = Settings { depth, ..Settings::of(&scene) };
     settings.schedule.general = general;
     settings.schedule.fused = Some(true);

@@ -4,7 +4,7 @@
 
 use super::{PageError, Stop, running};
 use crate::lab::markdown::table;
-use crate::render::{Quiet, Renderer};
+use crate::render::Renderer;
 use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{empty, light, matte, mesh, mirror, polygon, room, sphere};
@@ -95,7 +95,7 @@ pub fn measure(renderer: &mut Renderer, variants: &[Variant], stop: Stop<'_>) ->
                 precision: variant.precision,
                 ..Settings::of(&scene)
             };
-            Ok::<_, PageError>(renderer.render(&scene, &settings, &mut Quiet)?.report.time.device)
+            Ok::<_, PageError>(renderer.render(&scene, &settings)?.report.time.device)
         };
         let mut ratios: Ratios = vec![Vec::new(); variants.len()];
         for variant in &variants {

@@ -10,7 +10,7 @@ use crate::lab::probe::ProbeRay;
 use crate::lab::stress::case::Random;
 use crate::prepare::local_frame::LocalFrame;
 use crate::reference::oracle::Oracle;
-use crate::render::{Quiet, Renderer};
+use crate::render::Renderer;
 use crate::report::table::Align::{Left, Right};
 use crate::scene::Scene;
 use crate::scene::procedural::shapes::{polygon, room};
@@ -93,7 +93,7 @@ pub(super) fn measure(
     for origin in epsilons().map(Origin::Fixed).chain([Origin::Bound]) {
         running(stop)?;
         let mut draw = |settings: &Settings| {
-            renderer.render(&scene, &Settings { origin, ..settings.clone() }, &mut Quiet).map(|r| r.linear)
+            renderer.render(&scene, &Settings { origin, ..settings.clone() }).map(|r| r.linear)
         };
         let full = compare(&draw(&base)?, &truth).map_err(|e| PageError::Figure(e.to_string()))?;
         let (dark, light) = dark_and_light(&draw(&direct)?, &truth_direct);
