@@ -173,7 +173,7 @@ fn light_without_a_limit_is_called_unbounded_and_bounded_by_white() {
         radius = 0.5
         material = "ball"
     "#;
-    let scene = whitted::scene::Scene::parse(text, "touch.toml").expect("a scene");
+    let scene = Scene::parse(text, "touch.toml").expect("a scene");
     let mut r = renderer();
     let settings = Settings { samples: 4, replicates: 4, depth: 1, ..Settings::of(&scene) };
     let stated = known(&mut r, &scene, &settings, Target::Settings).report.error.expect("a budget");

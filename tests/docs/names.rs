@@ -4,6 +4,7 @@ use crate::pages::{all, read};
 use clap::CommandFactory;
 use std::path::Path;
 use whitted::cli::args::Cli;
+use whitted::scene::Scene;
 
 /// True if `text` has `word` with nothing of a name before or behind it.
 fn names(text: &str, word: &str) -> bool {
