@@ -3,7 +3,7 @@
 
 use crate::plan::{HEAP_EIGHTHS, Purpose};
 use crate::render::{Prepared, Quiet, RenderError, Renderer, Trial};
-use crate::report::explain::Outline;
+use crate::report::explain::ExplainedPlan;
 use crate::report::receipt::{Absent, Part, Receipt};
 use crate::report::{PassInfo, Report};
 use crate::scene::Scene;
@@ -44,7 +44,7 @@ pub fn measure(
     renderer: &mut Renderer,
     scene: &Scene,
     prepared: &mut Prepared,
-    outline: Outline,
+    outline: ExplainedPlan,
     report: &Report,
     say: &mut dyn FnMut(&str),
     stop: &dyn Fn() -> bool,

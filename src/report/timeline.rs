@@ -56,7 +56,7 @@ pub struct Dispatched {
 
 /// One render.
 #[derive(Debug, Clone, Default)]
-pub struct FrameTrace {
+pub struct RenderTimeline {
     /// One after the other.
     pub phases: Vec<Phase>,
     /// Inside the last phase.

@@ -4,12 +4,12 @@
 
 mod page;
 mod record;
-mod share;
+mod coverage;
 mod trials;
 mod truth;
 
+pub use coverage::{Aim, Coverage, Verdict};
 pub use record::{BudgetRow, Calibration, ErrorRow, Plan, SceneCalibration, TimeRow};
-pub use share::{Aim, Share, Verdict};
 pub use trials::{BudgetTrial, ErrorTrial, TimeTrial, Uniform};
 pub use truth::{Sought, Truth, TruthInfo, find};
 
@@ -142,7 +142,7 @@ impl SceneCalibration {
 
         if let Some(at_depth) = &at_depth {
             for &samples in &plan.samples {
-                let mut row = BudgetRow { samples, trials: Vec::new(), pixels: Share::default() };
+                let mut row = BudgetRow { samples, trials: Vec::new(), pixels: Coverage::default() };
                 let done = budget(&mut bench, plan, &mut row, (&truth, at_depth), steps)?;
                 self.budget.push(row);
                 if done.is_none() {

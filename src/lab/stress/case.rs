@@ -3,7 +3,7 @@
 
 use super::tracer::{Picture, Tracer};
 use crate::lab::probe::{ProbeRay, Probed};
-use crate::prepare::WIDE_RADII;
+use crate::prepare::SINGLE_RADII;
 use crate::prepare::local_frame::LocalFrame;
 use crate::render::RenderError;
 use crate::scene::Scene;
@@ -173,7 +173,7 @@ impl<'t> Harness<'t> {
     pub fn local_sphere(&self, scene: &Scene, sphere: usize) -> (DVec3, f64, bool) {
         let (frame, s) = (self.frame(scene), scene.spheres[sphere]);
         let (center, radius) = (frame.point(s.center), frame.length(s.radius));
-        if !WIDE_RADII.contains(&radius) {
+        if !SINGLE_RADII.contains(&radius) {
             return (center, radius, true);
         }
         (self.round(center), self.round(DVec3::splat(radius)).x, false)

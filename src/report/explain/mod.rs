@@ -7,12 +7,12 @@ pub use text::text;
 
 use super::prediction::Prediction;
 use super::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
-use crate::prepare::scene_features::Found;
+use crate::prepare::scene_features::SceneFeatures;
 use serde::Serialize;
 
 /// Everything known before a render runs.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Outline {
+pub struct ExplainedPlan {
     /// Version of the program.
     pub program: ProgramInfo,
     /// Device planned for.
@@ -22,13 +22,13 @@ pub struct Outline {
     /// The settings in force.
     pub settings: SettingsInfo,
     /// Features of the scene.
-    pub found: Found,
+    pub found: SceneFeatures,
     /// The same in words, one row per feature, absent ones included.
     pub features: Vec<FeatureRow>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
     /// Greatest depth of a ray.
-    pub reach: ReachInfo,
+    pub reach: MaxDepthInfo,
     /// How the closest hit is found.
     pub search: SearchInfo,
     /// Kernels, sizes and buffers; null if the device cannot hold them.
@@ -54,7 +54,7 @@ pub struct FeatureRow {
 
 /// Greatest depth of a ray.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct ReachInfo {
+pub struct MaxDepthInfo {
     /// Depth asked for.
     pub asked: u32,
     /// Depth of the last passes.
