@@ -3,10 +3,11 @@
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::RenderError;
+use crate::render::{Payload, RenderError, ResumeState};
+use crate::report::Report;
 use anyhow::{Context, anyhow};
 use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Path of a state file, which need not exist.
@@ -21,16 +22,15 @@ impl StateFile {
     }
 
     /// The stored state if `resume` is set; otherwise only warns if there is one.
-    pub(super) fn earlier<T>(
+    pub(super) fn earlier<P: Payload>(
         &self,
         resume: bool,
-        read: impl FnOnce(&mut dyn BufRead) -> io::Result<T>,
         console: &mut Console,
-    ) -> Result<Option<T>, Failure> {
+    ) -> Result<Option<ResumeState<P>>, Failure> {
         let name = self.0.display();
         match (self.0.exists(), resume) {
             (true, true) => {
-                let read = File::open(&self.0).and_then(|file| read(&mut BufReader::new(file)));
+                let read = File::open(&self.0).and_then(|mut file| ResumeState::read(&mut file));
                 Ok(Some(read.map_err(|error| self.refuse(&error))?))
             }
             (true, false) => {
@@ -62,10 +62,17 @@ impl StateFile {
         ))
     }
 
-    /// Writes it whole or not at all.
-    pub(super) fn save(&self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
-        Ok(atomic_file::write(&self.0, |out| write(out))
-            .with_context(|| format!("cannot write {}", self.0.display()))?)
+    /// Writes `state` with the times of `report`, whole or not at all; says how to continue.
+    pub(super) fn save<P: Payload>(
+        &self,
+        mut state: ResumeState<P>,
+        report: &Report,
+    ) -> Result<String, Failure> {
+        state.time = report.time.clone();
+        let name = self.0.display();
+        atomic_file::write(&self.0, |out| state.write(out))
+            .with_context(|| format!("cannot write {name}"))?;
+        Ok(format!("continue with --resume (state in {name})"))
     }
 
     /// Removes it once the image is whole.
@@ -76,10 +83,5 @@ impl StateFile {
             }
             _ => Ok(()),
         }
-    }
-
-    /// Its path.
-    pub(super) fn path(&self) -> &Path {
-        &self.0
     }
 }

@@ -146,7 +146,7 @@ impl Frame {
         for buffer in [Buf::Film, Buf::Pixels, Buf::Marks, Buf::DepthCounts, Buf::Counters] {
             self.recorder.fill(&self.buffers, buffer, 0);
         }
-        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2));
+        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2))?;
         self.recorder.submit(&self.buffers)?;
         Ok(())
     }
@@ -202,11 +202,7 @@ impl Frame {
     }
 
     pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
-        RenderError::DoesNotFit(format!(
-            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the queue holds; \
-             reduce --depth",
-            self.plan.capacity
-        ))
+        RenderError::TooManyRays { pixel: Some([x, y]), capacity: self.plan.capacity }
     }
 
     /// Samples of all pixels of a part, from scratch. `done` of `total` samples were there before.
@@ -243,7 +239,7 @@ impl Frame {
             {
                 let batch = self.batch_samples.min(samples.end - first);
                 let before = self.recorder.dispatches();
-                self.batch(part, first, batch, self.settings.depth);
+                self.batch(part, first, batch, self.settings.depth)?;
                 per_batch = self.recorder.dispatches() - before;
                 first += batch;
                 tally.batches += 1;
@@ -305,12 +301,12 @@ impl Frame {
     }
 
     /// Records the dispatches for `samples` samples of every pixel of `part`.
-    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) {
+    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) -> Result<(), VkError> {
         let Part { x, y, width, pixels } = *part;
         let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
         let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
-        self.recorder.update(&self.buffers, Buf::Queue, bytemuck::bytes_of(&queue));
+        self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;
         for step in dispatches(&self.plan, last_depth) {
             let items = match step.pass.size {
                 Size::Samples => batch.rays(),
@@ -321,6 +317,7 @@ impl Frame {
             let dispatch = Dispatch { pass, depth, push: step.push(push), items };
             self.recorder.dispatch(&self.pipelines, &self.buffers, &dispatch);
         }
+        Ok(())
     }
 
     /// Running sums of the first `pixels` pixels, each with all its replicates, and, of a survey, their

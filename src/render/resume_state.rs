@@ -1,197 +1,182 @@
-//! What an interrupted render leaves to the one that goes on with it.
+//! Resume state: what an interrupted render leaves to the one that continues it. Every kind of render has
+//! the same file format:
+//!
+//! ```text
+//! magic     a line of text that ends in the format's version
+//! header    a line of JSON: kind, identity, times, counts, and the payload's fields
+//! numbers   of the payload, little-endian
+//! checksum  SHA-256 of all bytes before it, 32 bytes
+//! ```
 
 use super::batches::Drawn;
+use super::identity::{Identity, Mismatch};
 use super::tally::Tally;
-use super::upload::{Upload, uploads};
-use crate::image::linear_sha256;
-use crate::kernel::abi::Buf;
-use crate::kernel::abi::double::Camera;
 use crate::plan::tiles::Tile;
-use crate::prepare::Packed;
-use crate::report::{DeviceInfo, ProgramInfo, SettingsInfo, TimeInfo};
-use crate::settings::Settings;
+use crate::report::{SettingsInfo, TimeInfo};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::io::{self, BufRead, ErrorKind, Write};
+use std::fmt;
+use std::io::{self, ErrorKind, Read, Write};
 
-/// Why an unfinished render cannot be gone on with.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Mismatch(pub String);
+const MAGIC: &[u8] = b"whitted resume state 1\n";
+const CHECKSUM: usize = 32;
 
-/// Everything that the bits of an image depend on: where it is equal, they are.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Identity {
-    program: ProgramInfo,
-    device: DeviceInfo,
-    settings: SettingsInfo,
-    /// SHA-256 over all that the kernels are given of the scene, the files it names included.
-    scene: String,
+/// Kinds of renders that can be resumed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Fixed settings: whole tiles are finished one after the other.
+    Tiles,
+    /// An error is asked for or stated: samples are counted pixel by pixel.
+    Bounded,
 }
 
-impl Identity {
-    pub(super) fn new(device: &DeviceInfo, packed: &Packed, camera: Camera, settings: &Settings) -> Identity {
-        let camera = [camera];
-        let mut hash = Sha256::new();
-        // Nodes decide no bit, and which form of them there is follows from the schedule.
-        let is_node = |u: &Upload| matches!(u.buffer, Buf::Nodes | Buf::CompressedNodes);
-        for upload in uploads(packed, &camera, settings.precision).into_iter().filter(|u| !is_node(u)) {
-            // With its length, so that no byte can change buffers unseen.
-            hash.update((upload.shape.bytes as u64).to_le_bytes());
-            upload.pieces(|bytes| hash.update(bytes));
-        }
-        Identity {
-            program: ProgramInfo::default(),
-            device: device.clone(),
-            settings: SettingsInfo::of(settings),
-            scene: format!("{:x}", hash.finalize()),
-        }
-    }
-
-    /// The first thing in which `self`, the earlier one, differs from `now`.
-    fn check(&self, now: &Identity) -> Result<(), Mismatch> {
-        let version = |p: &ProgramInfo| format!("{} {} ({})", p.name, p.version, p.git);
-        let device = |d: &DeviceInfo| format!("{}, {}, Vulkan {}", d.name, d.driver, d.api);
-        let differ = |what: &str, then: String, now: String| {
-            (then != now).then(|| Mismatch(format!("it belongs to {what} {then}, this one has {now}")))
-        };
-        let faults = [
-            differ("program", version(&self.program), version(&now.program)),
-            differ("settings", options(&self.settings), options(&now.settings)),
-            differ("device", device(&self.device), device(&now.device)),
-        ];
-        if let Some(fault) = faults.into_iter().flatten().next() {
-            return Err(fault);
-        }
-        if self != now {
-            return Err(Mismatch("the scene, or a file it refers to, has changed since".into()));
-        }
-        Ok(())
+impl fmt::Display for Kind {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Kind::Tiles => "a render without --error and --budget",
+            Kind::Bounded => "a render with --error or --budget",
+        })
     }
 }
 
-fn options(s: &SettingsInfo) -> String {
-    let crop = s.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(" --crop {x0},{y0},{x1},{y1}"));
-    format!(
-        "--size {}x{}{crop} --samples {} --depth {} --cutoff {} --sampler {} --seed {} --precision {} --origin {} (replicates {})",
-        s.width,
-        s.height,
-        s.samples,
-        s.depth,
-        s.cutoff,
-        s.sampler,
-        s.seed,
-        s.precision,
-        s.origin,
-        s.replicates
-    )
+/// What one kind of render keeps. Its fields go to the header, large arrays to the numbers after it.
+pub trait Payload: Serialize + DeserializeOwned {
+    /// The kind.
+    const KIND: Kind;
+
+    /// Appends the numbers that are no fields.
+    fn put(&self, to: &mut Vec<u8>);
+
+    /// Takes these numbers from `from`, which holds nothing else; `None` if they do not fit the fields or
+    /// an image of `settings`.
+    fn take(&mut self, from: &[u8], settings: &SettingsInfo) -> Option<()>;
 }
 
-/// Which render it was that a survey was made for, and what had been counted when it was interrupted.
+/// An interrupted render.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Begun {
+pub struct ResumeState<P> {
+    kind: Kind,
     identity: Identity,
-    /// Seconds of all parts so far; wall and scene are the caller's to fill.
+    /// Seconds of all parts so far.
     pub time: TimeInfo,
     tally: Tally,
+    payload: P,
 }
 
-impl Begun {
-    pub(super) fn new(identity: Identity) -> Begun {
-        Begun { identity, time: TimeInfo::default(), tally: Tally::default() }
+impl<P: Payload> ResumeState<P> {
+    pub(super) fn new(identity: Identity, time: TimeInfo, tally: Tally, payload: P) -> ResumeState<P> {
+        ResumeState { kind: P::KIND, identity, time, tally, payload }
     }
 
-    pub(super) fn with(self, tally: Tally) -> Begun {
-        Begun { tally, ..self }
+    /// Its parts, if it belongs to the render `now`.
+    pub(super) fn into_parts(self, now: &Identity) -> Result<(P, Tally, TimeInfo), Mismatch> {
+        self.identity.check(now)?;
+        Ok((self.payload, self.tally, self.time))
     }
 
-    pub(super) fn tally(&self) -> &Tally {
-        &self.tally
-    }
-
+    /// Writes a file.
+    ///
     /// # Errors
-    /// If `now` is another render than `self`, an earlier one: says in what they differ first.
-    pub fn check(&self, now: &Begun) -> Result<(), Mismatch> {
-        self.identity.check(&now.identity)
+    /// If `out` fails.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let mut bytes = MAGIC.to_vec();
+        serde_json::to_writer(&mut bytes, self)?;
+        bytes.push(b'\n');
+        self.payload.put(&mut bytes);
+        out.write_all(&bytes)?;
+        out.write_all(&Sha256::digest(&bytes))
+    }
+
+    /// Reads a file. No byte of it is used before its checksum is found to be right.
+    ///
+    /// # Errors
+    /// If reading fails, or the file is damaged, of another kind of render or of another version.
+    pub fn read(from: &mut dyn Read) -> io::Result<ResumeState<P>> {
+        let mut bytes = Vec::new();
+        from.read_to_end(&mut bytes)?;
+        if !bytes.starts_with(MAGIC) {
+            return Err(invalid("it is no resume state, or one of another version"));
+        }
+        let (content, sum) = bytes.split_last_chunk::<CHECKSUM>().unwrap_or((&[], &[0; CHECKSUM]));
+        if Sha256::digest(content)[..] != sum[..] {
+            return Err(invalid("the file is damaged: wrong checksum"));
+        }
+        let rest = content.get(MAGIC.len()..).unwrap_or_default();
+        let mut parts = rest.splitn(2, |b| *b == b'\n');
+        let (header, numbers) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+        let other = |e| invalid(&format!("another version of this program wrote it: {e}"));
+        let Header { kind } = serde_json::from_slice(header).map_err(other)?;
+        if kind != P::KIND {
+            return Err(invalid(&format!("it belongs to {kind}")));
+        }
+        let mut state: ResumeState<P> = serde_json::from_slice(header).map_err(other)?;
+        match state.payload.take(numbers, &state.identity.settings) {
+            Some(()) => Ok(state),
+            None => Err(invalid("the file is damaged: its numbers do not fit its header")),
+        }
     }
 }
 
-/// The finished tiles of an interrupted render, and what they counted.
+/// What is read first.
+#[derive(Deserialize)]
+struct Header {
+    kind: Kind,
+}
+
+fn invalid(why: &str) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, why)
+}
+
+/// The finished tiles of an image of fixed settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Unfinished {
-    identity: Identity,
-    /// Seconds of all parts so far; wall and scene are the caller's to fill.
-    pub time: TimeInfo,
-    tally: Tally,
+pub struct Tiles {
     tiles: Vec<Tile>,
-    /// Of `linear`, to notice a damaged file.
-    linear_sha256: String,
     /// The pixels of `tiles`, one tile after the other.
     #[serde(skip)]
     linear: Vec<[f32; 3]>,
 }
 
-impl Unfinished {
-    pub(super) fn new(identity: Identity, time: TimeInfo, drawn: &Drawn) -> Unfinished {
-        let region = identity.settings.region();
+impl Tiles {
+    /// The finished part of an image of `region`.
+    pub(super) fn of(drawn: &Drawn, region: [u32; 4]) -> Tiles {
         let offsets = drawn.finished.iter().flat_map(|tile| tile.offsets(region));
-        let linear: Vec<_> = offsets.map(|at| drawn.linear[at]).collect();
-        let linear_sha256 = linear_sha256(&linear);
-        Unfinished {
-            identity,
-            time,
-            tally: drawn.tally.clone(),
-            tiles: drawn.finished.clone(),
-            linear_sha256,
-            linear,
-        }
+        Tiles { linear: offsets.map(|at| drawn.linear[at]).collect(), tiles: drawn.finished.clone() }
     }
+}
 
+impl ResumeState<Tiles> {
     /// The image so far, if it is part of the render `now`.
     pub(super) fn into_drawn(self, now: &Identity) -> Result<(Drawn, TimeInfo), Mismatch> {
-        self.identity.check(now)?;
-        let [x0, y0, x1, y1] = now.settings.region();
+        let (Tiles { tiles, linear: pixels }, tally, time) = self.into_parts(now)?;
+        let region = now.settings.region();
+        let [x0, y0, x1, y1] = region;
         let mut linear = vec![[0.0; 3]; (x1 - x0) as usize * (y1 - y0) as usize];
-        let offsets = self.tiles.iter().flat_map(|tile| tile.offsets([x0, y0, x1, y1]));
-        for (at, pixel) in offsets.zip(self.linear) {
+        for (at, pixel) in tiles.iter().flat_map(|tile| tile.offsets(region)).zip(pixels) {
             linear[at] = pixel;
         }
-        Ok((Drawn { linear, finished: self.tiles, tally: self.tally }, self.time))
+        Ok((Drawn { linear, finished: tiles, tally }, time))
+    }
+}
+
+impl Payload for Tiles {
+    const KIND: Kind = Kind::Tiles;
+
+    fn put(&self, to: &mut Vec<u8>) {
+        self.linear.as_flattened().iter().for_each(|channel| to.extend(channel.to_le_bytes()));
     }
 
-    /// Writes a line of JSON, then the pixels as little-endian `f32`.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        serde_json::to_writer(&mut *out, self)?;
-        out.write_all(b"\n")?;
-        self.linear.as_flattened().iter().try_for_each(|channel| out.write_all(&channel.to_le_bytes()))
-    }
-
-    /// Reads what [`Unfinished::write`] wrote.
-    ///
-    /// # Errors
-    /// If reading fails, or the text is not of this version's form, or the pixels are not those that
-    /// were written.
-    pub fn read(from: &mut dyn BufRead) -> io::Result<Unfinished> {
-        let damaged = |what: &str| io::Error::new(ErrorKind::InvalidData, what.to_owned());
-        let mut header = Vec::new();
-        from.read_until(b'\n', &mut header)?;
-        if crate::accuracy::promise::is_kept(&header) {
-            return Err(damaged("it belongs to a render with --error or --budget"));
+    fn take(&mut self, from: &[u8], settings: &SettingsInfo) -> Option<()> {
+        let region = settings.region();
+        let bytes = |tile: &Tile| 12 * u128::from(tile.width) * u128::from(tile.height);
+        let fits = from.len() as u128 == self.tiles.iter().map(bytes).sum();
+        if !fits || !self.tiles.iter().all(|tile| tile.is_in(region)) {
+            return None;
         }
-        let mut state: Unfinished = serde_json::from_slice(&header)?;
-        let region = state.identity.settings.region();
-        if !state.tiles.iter().all(|tile| tile.is_in(region)) {
-            return Err(damaged("the file is damaged: a tile outside the image"));
-        }
-        let mut bytes = Vec::new();
-        from.read_to_end(&mut bytes)?;
-        let channels: Vec<f32> = bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-        state.linear = channels.as_chunks().0.to_vec();
-        let pixels: u64 = state.tiles.iter().map(|tile| u64::from(tile.pixels())).sum();
-        if bytes.len() as u64 != 12 * pixels || linear_sha256(&state.linear) != state.linear_sha256 {
-            return Err(damaged("the file is damaged: wrong checksum"));
-        }
-        Ok(state)
+        let channels: Vec<f32> = from.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+        self.linear = channels.as_chunks().0.to_vec();
+        Some(())
     }
 }
 

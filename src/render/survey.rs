@@ -2,13 +2,13 @@
 //! rendered to an error, or with one, is traced through here.
 
 use super::batches::{End, Part, sum};
-use super::resume_state::Identity;
+use super::identity::Identity;
 use super::tally::Tally;
-use super::{Begun, Observer, Prepared, RenderError, Renderer};
+use super::{Mismatch, Observer, Payload, Prepared, RenderError, Renderer, ResumeState};
 use crate::kernel::abi;
 use crate::plan::Purpose;
 use crate::render::samples::{Mark, Traced};
-use crate::report::Report;
+use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use std::ops::Range;
@@ -111,20 +111,31 @@ impl Survey {
         self.prepared.prepared
     }
 
-    /// What the bits of its samples depend on, `asked` being the settings asked for.
-    pub fn begun(&self, asked: &Settings) -> Begun {
+    /// What the bits of its samples depend on; `settings` and `request` are those asked for.
+    pub(crate) fn identity(&self, settings: &Settings, request: String) -> Identity {
         let Prepared { device, camera, .. } = &self.prepared;
-        Begun::new(Identity::new(device, self.prepared.packed(), *camera, asked))
+        Identity::new(device, self.prepared.packed(), *camera, settings, request)
     }
 
-    /// `begun` with what was counted so far.
-    pub fn counted(&self, begun: Begun) -> Begun {
-        begun.with(self.tally.clone())
+    /// The state of a render that is interrupted now.
+    pub(crate) fn resume_state<P: Payload>(&self, identity: Identity, payload: P) -> ResumeState<P> {
+        ResumeState::new(identity, TimeInfo::default(), self.tally.clone(), payload)
     }
 
-    /// Counts what an earlier one traced as its own.
-    pub fn count(&mut self, earlier: &Begun) {
-        self.tally.add(earlier.tally());
+    /// Payload and times of an earlier state of the render `now`; its rays are counted here from now on.
+    pub(crate) fn take_up<P: Payload>(
+        &mut self,
+        earlier: ResumeState<P>,
+        now: &Identity,
+    ) -> Result<(P, TimeInfo), Mismatch> {
+        let (payload, tally, time) = earlier.into_parts(now)?;
+        self.tally.add(&tally);
+        Ok((payload, time))
+    }
+
+    /// Adds the rays and times of another survey.
+    pub(crate) fn count(&mut self, other: &Survey) {
+        self.tally.add(&other.tally);
     }
 
     /// Traces samples `samples` of each of `pixels` (row * width + column). If it is cancelled or out of time,

@@ -1,10 +1,15 @@
-//! The machine-readable report: the names of report-format.md, filled by `render`, written as JSON.
+//! The machine-readable report: the keys of docs/report.md, filled by `render`, written as JSON.
 //! Times in seconds, sizes in bytes.
 
+#[doc(hidden)]
 pub mod explain;
+#[doc(hidden)]
 pub mod prediction;
+#[doc(hidden)]
 pub mod receipt;
+#[doc(hidden)]
 pub mod table;
+#[doc(hidden)]
 pub mod timeline;
 
 use crate::settings::Settings;
@@ -175,7 +180,8 @@ pub struct PlanInfo {
 /// Times, seconds.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeInfo {
-    /// Whole process up to the report.
+    /// From the library: the sum of `scene`, `build`, `first_dispatch` and `render`. From the command line: the whole
+    /// process up to the report.
     pub wall: f64,
     /// Reading and checking the scene.
     pub scene: f64,
@@ -250,7 +256,8 @@ pub struct ErrorInfo {
     pub sampling_estimate: f64,
     /// Upper bound on the contribution of rays that were not traced, to the clamped image.
     pub truncation: f64,
-    /// False if the light of rays that were not traced has no bound; clamped, it is still at most `truncation`.
+    /// False if the light of rays that were not traced has no bound; clamped, it is still at most
+    /// `truncation`.
     pub truncation_bounded: bool,
     /// Reason that `truncation_bounded` is false.
     pub truncation_unbounded_why: Option<String>,

@@ -1,10 +1,14 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
+mod error;
+#[doc(hidden)]
 pub mod forced_features;
 pub mod sampler;
 
+pub use error::SettingsError;
+
 use crate::scene::Scene;
-use crate::settings::forced_features::General;
+use crate::settings::forced_features::ForcedFeatures;
 use crate::settings::sampler::Sampler;
 use std::str::FromStr;
 
@@ -111,6 +115,9 @@ impl FromStr for Origin {
 }
 
 /// Reads the least throughput of a ray, in [0, 1).
+///
+/// # Errors
+/// If it is no number or outside that range; says what to write.
 pub fn parse_cutoff(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),
@@ -177,8 +184,6 @@ impl Settings {
 /// How much work goes into the hierarchy of a large scene. Never changes a bit of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
 pub enum Hierarchy {
-    /// Few bins along one axis: built soonest, walked slowest.
-    Fast,
     /// Binned along all axes.
     #[default]
     Balanced,
@@ -188,12 +193,11 @@ pub enum Hierarchy {
 
 impl Hierarchy {
     /// All, in order of their work.
-    pub const ALL: [Hierarchy; 3] = [Hierarchy::Fast, Hierarchy::Balanced, Hierarchy::Best];
+    pub const ALL: [Hierarchy; 2] = [Hierarchy::Balanced, Hierarchy::Best];
 
     /// As the command line spells it.
     pub fn name(self) -> &'static str {
         match self {
-            Hierarchy::Fast => "fast",
             Hierarchy::Balanced => "balanced",
             Hierarchy::Best => "best",
         }
@@ -205,7 +209,7 @@ impl FromStr for Hierarchy {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Hierarchy::ALL.into_iter().find(|h| h.name() == text);
-        found.ok_or_else(|| "write fast, balanced or best".into())
+        found.ok_or_else(|| "write balanced or best".into())
     }
 }
 
@@ -226,7 +230,7 @@ pub struct Schedule {
     /// One kernel for the stages of a depth, as in long renders, where the plan has one.
     pub fused: Option<bool>,
     /// Features that kernels have although the scene lacks them.
-    pub general: General,
+    pub general: ForcedFeatures,
 }
 
 #[cfg(test)]

@@ -15,8 +15,8 @@ use std::time::Instant;
 /// Dispatches of one submit that have a timestamp each, and one to begin with. A submit of one batch at
 /// a great depth may have more: those beyond share the rest of its time.
 pub const DISPATCHES_MAX: usize = 4095;
-/// vkCmdUpdateBuffer takes no more.
-const UPDATE_MAX: usize = 65_536;
+/// Words that one vkCmdUpdateBuffer takes at most: 64 KiB.
+const UPDATE_WORDS: usize = 16_384;
 
 /// One dispatch of a pass.
 #[derive(Debug, Clone, Copy)]
@@ -241,12 +241,22 @@ impl Recorder {
         self.barrier();
     }
 
-    /// Writes a small piece at the start of a buffer.
-    pub fn update(&mut self, buffers: &Buffers, buffer: Buf, bytes: &[u8]) {
-        let bytes = &bytes[..bytes.len().min(UPDATE_MAX)];
-        // SAFETY: recording; at most 64 KiB, a multiple of 4 (all shared structs are).
-        unsafe { self.device.raw.cmd_update_buffer(self.commands, buffers.handle(buffer), 0, bytes) };
+    /// Writes `words` at the start of a buffer. They are copied into the command buffer, so a few at a time.
+    ///
+    /// # Errors
+    /// If the buffer is shorter.
+    pub fn update(&mut self, buffers: &Buffers, buffer: Buf, words: &[u32]) -> Result<(), VkError> {
+        fits(buffers, buffer, size_of_val(words))?;
+        let handle = buffers.handle(buffer);
+        for (i, part) in words.chunks(UPDATE_WORDS).enumerate() {
+            let offset = 4 * (i * UPDATE_WORDS) as u64;
+            // SAFETY: recording; at most 64 KiB in whole words, within the buffer as checked above.
+            unsafe {
+                self.device.raw.cmd_update_buffer(self.commands, handle, offset, bytemuck::cast_slice(part));
+            }
+        }
         self.barrier();
+        Ok(())
     }
 
     /// Dispatches of this submit so far.

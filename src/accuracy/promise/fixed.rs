@@ -1,30 +1,36 @@
 //! `--budget`: the settings as they are, and what error they leave.
 
 use super::Task;
-use super::bounded_image::{Image, Known};
-use super::resume_state::{Kept, Stage};
+use super::bounded_image::{BoundedImage, Image};
+use super::resume_state::{Bounded, Stage, options};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::samples::Source;
-use crate::render::{Observer, RenderError, Survey};
+use crate::render::{Observer, RenderError, ResumeState, Survey};
+use crate::report::TimeInfo;
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
 
 impl Task<'_> {
     /// All samples of all pixels, and the same again in f64 where the device has it.
-    pub(super) fn fixed(mut self, earlier: Option<Kept>) -> Result<Known, RenderError> {
+    pub(super) fn fixed(
+        mut self,
+        earlier: Option<ResumeState<Bounded>>,
+    ) -> Result<BoundedImage, RenderError> {
         let settings = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
-        let begun = survey.begun(&settings);
-        let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
-        let mut images = match earlier {
-            None => Vec::new(),
-            Some(kept) => kept.taken_up(&begun, &mut survey)?.1,
-        }
-        .into_iter();
+        let identity = survey.identity(&settings, options(&self.request));
+        let (images, before) = match earlier {
+            None => (Vec::new(), TimeInfo::default()),
+            Some(state) => {
+                let (samples, before) = survey.take_up(state, &identity)?;
+                (samples.into_budget()?, before)
+            }
+        };
+        let mut images = images.into_iter();
         let region = Region::of(&settings);
-        let nothing = || Gathered::new(region.width, region.height, settings.replicates as usize);
+        let nothing = || PixelSums::new(region.width, region.height, settings.replicates as usize);
         let (mut image, mut truth) =
             (images.next().unwrap_or_else(nothing), images.next().unwrap_or_else(nothing));
 
@@ -51,7 +57,7 @@ impl Task<'_> {
         }
         let finished = image.done() == 1.0 && (rounding.is_some() || !compared);
         let kept = (!finished && image.done() > 0.0).then(|| {
-            Kept::new(&self.request, survey.counted(begun), Stage::Settings, vec![image.clone(), truth])
+            survey.resume_state(identity, Bounded::new(Stage::Settings, vec![image.clone(), truth]))
         });
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
         let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };
@@ -67,7 +73,7 @@ impl Task<'_> {
         &mut self,
         survey: &mut Survey,
         settings: &Settings,
-        gathered: &mut Gathered,
+        gathered: &mut PixelSums,
     ) -> Result<(), RenderError> {
         let region = Region::of(settings);
         let first = gathered.samples.iter().take_while(|n| **n > 0).count() as u32;

@@ -4,11 +4,10 @@ use super::rounding::Rounded;
 use super::truncation_choice::Cut;
 use super::{Request, Target};
 use crate::accuracy::allocate::Allocation;
-use crate::accuracy::pixel_sums::Gathered;
-use crate::render::{Begun, Mismatch, RenderError, Survey};
+use crate::accuracy::pixel_sums::PixelSums;
+use crate::render::{Kind, Mismatch, Payload};
+use crate::report::SettingsInfo;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-use std::io::{self, BufRead, ErrorKind, Write};
 
 /// How far it was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,29 +30,64 @@ pub(super) struct Chosen {
     pub(super) allocation: Allocation,
 }
 
-/// An interrupted render whose error was asked for.
+/// The samples of an image whose error is stated or asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
-    /// The request, as options.
-    asked: String,
-    /// Which render it was; its times are the caller's to fill.
-    pub begun: Begun,
-    pub(super) stage: Stage,
-    /// Of the samples, to notice a damaged file.
-    sha256: String,
+pub struct Bounded {
+    stage: Stage,
     #[serde(skip)]
-    pub(super) images: Vec<Gathered>,
+    images: Vec<PixelSums>,
 }
 
-/// What a file of this kind begins with.
-const HEAD: &[u8] = b"{\"asked\":";
+impl Bounded {
+    pub(super) fn new(stage: Stage, images: Vec<PixelSums>) -> Bounded {
+        Bounded { stage, images }
+    }
 
-/// True if `header` is that of a [`Kept`].
-pub(crate) fn is_kept(header: &[u8]) -> bool {
-    header.starts_with(HEAD)
+    /// The samples of `--budget`: in the settings' precision, then in f64.
+    pub(super) fn into_budget(self) -> Result<Vec<PixelSums>, Mismatch> {
+        match self.stage {
+            Stage::Settings => Ok(self.images),
+            Stage::Error(_) => Err(Mismatch("it holds no samples of --budget".into())),
+        }
+    }
+
+    /// What `--error` chose, with its samples.
+    pub(super) fn into_chosen(mut self) -> Result<Chosen, Mismatch> {
+        if let (Stage::Error(mut chosen), Some(image)) = (self.stage, self.images.pop())
+            && chosen.allocation.put_gathered(image)
+        {
+            return Ok(*chosen);
+        }
+        Err(Mismatch("it holds no samples of --error".into()))
+    }
 }
 
-fn options(request: &Request) -> String {
+impl Payload for Bounded {
+    const KIND: Kind = Kind::Bounded;
+
+    fn put(&self, to: &mut Vec<u8>) {
+        self.images.iter().for_each(|image| image.put(to));
+    }
+
+    fn take(&mut self, mut from: &[u8], settings: &SettingsInfo) -> Option<()> {
+        let [x0, y0, x1, y1] = settings.region();
+        let (width, height) = (x1.checked_sub(x0)?, y1.checked_sub(y0)?);
+        let pixels = width as usize * height as usize;
+        while !from.is_empty() {
+            let image = PixelSums::take(&mut from)?;
+            if (image.width, image.samples.len(), image.replicates)
+                != (width, pixels, settings.replicates as usize)
+            {
+                return None;
+            }
+            self.images.push(image);
+        }
+        Some(())
+    }
+}
+
+/// A request as options of the command line.
+pub(super) fn options(request: &Request) -> String {
     let what = match request.target {
         Target::Settings => "--budget".to_owned(),
         Target::Error(error) => format!("--error {error}"),
@@ -66,80 +100,4 @@ fn options(request: &Request) -> String {
         kept(request.keep_depth, "--depth"),
         kept(request.keep_precision, "--precision")
     )
-}
-
-impl Kept {
-    pub(super) fn new(request: &Request, begun: Begun, stage: Stage, images: Vec<Gathered>) -> Kept {
-        let sha256 = digest(&bytes(&images));
-        Kept { asked: options(request), begun, stage, sha256, images }
-    }
-
-    /// # Errors
-    /// If it is of another request: says which.
-    pub(super) fn check(&self, request: &Request) -> Result<(), Mismatch> {
-        let asked = options(request);
-        if self.asked == asked {
-            return Ok(());
-        }
-        Err(Mismatch(format!("it belongs to a render with {}, this one has {asked}", self.asked)))
-    }
-
-    /// The earlier stage with its samples, counted by `survey`, if this is the same render as `now`.
-    pub(super) fn taken_up(
-        mut self,
-        now: &Begun,
-        survey: &mut Survey,
-    ) -> Result<(Stage, Vec<Gathered>), RenderError> {
-        self.begun.check(now)?;
-        if let Stage::Error(chosen) = &mut self.stage {
-            let fits = self.images.pop().is_some_and(|image| chosen.allocation.put_gathered(image));
-            if !fits {
-                return Err(Mismatch("samples are missing".into()).into());
-            }
-        }
-        survey.count(&self.begun);
-        Ok((self.stage, self.images))
-    }
-
-    /// Writes a line of JSON, then the samples as little-endian numbers.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        serde_json::to_writer(&mut *out, self)?;
-        out.write_all(b"\n")?;
-        out.write_all(&bytes(&self.images))
-    }
-
-    /// Reads what [`Kept::write`] wrote.
-    ///
-    /// # Errors
-    /// If reading fails, or it is of another kind or version, or the samples are not those that were written.
-    pub fn read(from: &mut dyn BufRead) -> io::Result<Kept> {
-        let damaged = |what: &str| io::Error::new(ErrorKind::InvalidData, what.to_owned());
-        let mut header = Vec::new();
-        from.read_until(b'\n', &mut header)?;
-        if !is_kept(&header) {
-            return Err(damaged("it belongs to a render without --error and --budget"));
-        }
-        let mut kept: Kept = serde_json::from_slice(&header)?;
-        let mut body = Vec::new();
-        from.read_to_end(&mut body)?;
-        let changed = || damaged("the file is damaged: wrong checksum");
-        if digest(&body) != kept.sha256 {
-            return Err(changed());
-        }
-        let mut rest = body.as_slice();
-        while !rest.is_empty() {
-            kept.images.push(Gathered::take(&mut rest).ok_or_else(changed)?);
-        }
-        Ok(kept)
-    }
-}
-
-fn bytes(images: &[Gathered]) -> Vec<u8> {
-    let mut all = Vec::new();
-    images.iter().for_each(|image| image.put(&mut all));
-    all
-}
-
-fn digest(bytes: &[u8]) -> String {
-    format!("{:x}", Sha256::digest(bytes))
 }

@@ -1,14 +1,15 @@
 //! `--error`: the cheapest samples, depth and precision whose three parts come to the error asked for.
 
-use super::bounded_image::{Image, Known};
-use super::resume_state::{Chosen, Kept, Stage};
+use super::bounded_image::{BoundedImage, Image};
+use super::resume_state::{Bounded, Chosen, Stage, options};
 use super::rounding::Rounded;
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, Cut};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::render::samples::Source;
-use crate::render::{Mismatch, Observer, RenderError, Survey};
+use crate::render::{Observer, RenderError, ResumeState, Survey};
+use crate::report::TimeInfo;
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
 
@@ -29,22 +30,23 @@ const CHOICE: [f64; 2] = [0.03, 0.08];
 
 impl Task<'_> {
     /// Renders until the error is at most `target`, or says why it cannot be.
-    pub(super) fn until_error(mut self, target: f64, earlier: Option<Kept>) -> Result<Known, RenderError> {
+    pub(super) fn until_error(
+        mut self,
+        target: f64,
+        earlier: Option<ResumeState<Bounded>>,
+    ) -> Result<BoundedImage, RenderError> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let asked = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
-        let begun = survey.begun(&asked);
-        let before = earlier.as_ref().map(|e| e.begun.time.clone()).unwrap_or_default();
+        let identity = survey.identity(&asked, options(&self.request));
         let start = Instant::now();
-        let mut chosen = match earlier {
-            Some(kept) => match kept.taken_up(&begun, &mut survey)?.0 {
-                Stage::Error(chosen) => *chosen,
-                Stage::Settings => {
-                    return Err(Mismatch("it holds no samples of a render with --error".into()).into());
-                }
-            },
-            None => self.choose(&mut survey, target)?,
+        let (mut chosen, before) = match earlier {
+            Some(state) => {
+                let (samples, before) = survey.take_up(state, &identity)?;
+                (samples.into_chosen()?, before)
+            }
+            None => (self.choose(&mut survey, target)?, TimeInfo::default()),
         };
         self.go_to(&mut survey, &chosen)?;
         // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
@@ -66,7 +68,7 @@ impl Task<'_> {
         let rounding = chosen.rounded.map(|r| (r.part(&samples), r.pixels));
         let kept = (cancelled && samples.done() > 0.0).then(|| {
             let images = vec![chosen.allocation.take_gathered()];
-            Kept::new(&self.request, survey.counted(begun), Stage::Error(Box::new(chosen)), images)
+            survey.resume_state(identity, Bounded::new(Stage::Error(Box::new(chosen)), images))
         });
         let confidence = self.request.confidence;
         let prepared = survey.prepared();
@@ -112,8 +114,7 @@ impl Task<'_> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
-            let begun = survey.begun(&self.settings);
-            exact.count(&survey.counted(begun));
+            exact.count(survey);
             *survey = exact;
         }
         survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);

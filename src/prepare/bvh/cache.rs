@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// Changes whenever the same primitives may give another tree.
-const BUILDER: u32 = 2;
+const BUILDER: u32 = 3;
 const MAGIC: &[u8; 12] = b"whitted bvh\n";
 /// Numbers of a file before its nodes, u32 each: builder, nodes, compressed nodes, items, depth, both stacks.
 const COUNTS: usize = 7;
@@ -42,7 +42,6 @@ const LIMIT: u64 = 1 << 30;
 /// Below these, building takes no longer than a file.
 fn worth(quality: Hierarchy) -> usize {
     match quality {
-        Hierarchy::Fast => 1 << 18,
         Hierarchy::Balanced => 1 << 17,
         Hierarchy::Best => 1 << 14,
     }
@@ -68,8 +67,8 @@ impl Cache {
         let mut hash = Sha256::new();
         hash.update(MAGIC);
         hash.update(BUILDER.to_le_bytes());
-        let loose = wanted.loose.map(u8::from);
-        hash.update([wanted.quality as u8, wanted.forms as u8, loose[0], loose[1]]);
+        let outside = wanted.outside.map(u8::from);
+        hash.update([wanted.quality as u8, wanted.forms as u8, outside[0], outside[1]]);
         hash.update(digest(bytemuck::cast_slice(prims)));
         let name: String = hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect();
         Some(Entry { cache: self, path: self.folder.join(name), items: prims.len() })

@@ -48,14 +48,7 @@ type Bins<const N: usize> = [[Bin; N]; 3];
 
 const NONE: Bin = Bin { bounds: Box3::EMPTY, count: 0 };
 
-fn fill<const N: usize>(prims: &[Prim], grid: &Grid, only: Option<usize>, bins: &mut Bins<N>) {
-    if let Some(axis) = only {
-        for p in prims {
-            let slot = &mut bins[axis][grid.bins(p)[axis]];
-            *slot = Bin { bounds: slot.bounds.union(p.bounds()), count: slot.count + 1 };
-        }
-        return;
-    }
+fn fill<const N: usize>(prims: &[Prim], grid: &Grid, bins: &mut Bins<N>) {
     for p in prims {
         let b = p.bounds();
         for (axis, bin) in grid.bins(p).into_iter().enumerate() {
@@ -85,13 +78,8 @@ pub(super) fn bounds(prims: &[Prim]) -> Box3 {
     parts.into_iter().fold(Box3::EMPTY, Box3::union)
 }
 
-/// The best plane among `N` bins an axis, or along the longest axis alone, if any parts the primitives; with
-/// the boxes of both sides.
-pub(super) fn best_plane<const N: usize>(
-    prims: &[Prim],
-    centers: &Box3,
-    longest: bool,
-) -> Option<(Plane, [Box3; 2])> {
+/// The best plane among `N` bins an axis, if any parts the primitives; with the boxes of both sides.
+pub(super) fn best_plane<const N: usize>(prims: &[Prim], centers: &Box3) -> Option<(Plane, [Box3; 2])> {
     let extent = centers.hi - centers.lo;
     let scale = Vec3A::splat(N as f32) / extent;
     // Not positive: all centres coincide on this axis; an overflowing scale splits nothing.
@@ -100,17 +88,15 @@ pub(super) fn best_plane<const N: usize>(
         return None;
     }
     let grid = Grid { origin: centers.lo, scale: Vec3A::select(cut, scale, Vec3A::ZERO), last: N as i32 - 1 };
-    let sides = extent.to_array();
-    let only = longest.then(|| (0..3).max_by(|a, b| sides[*a].total_cmp(&sides[*b])).unwrap_or(0));
     let mut bins = [[NONE; N]; 3];
     if prims.len() < 2 * TOGETHER {
-        fill(prims, &grid, only, &mut bins);
+        fill(prims, &grid, &mut bins);
     } else {
         let parts: Vec<Box<Bins<N>>> = prims
             .par_chunks(TOGETHER)
             .map(|part| {
                 let mut bins = Box::new([[NONE; N]; 3]);
-                fill(part, &grid, only, &mut bins);
+                fill(part, &grid, &mut bins);
                 bins
             })
             .collect();
@@ -120,12 +106,12 @@ pub(super) fn best_plane<const N: usize>(
             }
         }
     }
-    let all = bins[only.unwrap_or(0)].iter().fold(Box3::EMPTY, |b, bin| b.union(bin.bounds));
+    let all = bins[0].iter().fold(Box3::EMPTY, |b, bin| b.union(bin.bounds));
     // Areas in units of the largest side, so that no product leaves f32.
     let unit = (all.hi - all.lo).max_element().max(f32::MIN_POSITIVE).recip();
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in 0..3 {
-        if !cut.test(axis) || only.is_some_and(|o| o != axis) {
+        if !cut.test(axis) {
             continue;
         }
         let row = &bins[axis];

@@ -156,6 +156,7 @@ fn the_same_whatever_the_number_of_threads() {
 
 #[test]
 fn more_work_makes_better_trees() {
+    let mut sums = [0.0; 2];
     for (count, spread) in [(3000, 1.0), (20_000, 1.0), (20_000, 0.05)] {
         let items = boxes(count, 0, spread);
         let cost = |quality| {
@@ -164,9 +165,10 @@ fn more_work_makes_better_trees() {
             let (nodes, primitives) = built.expected();
             nodes + primitives
         };
-        let [fast, balanced, best] = Hierarchy::ALL.map(cost);
-        assert!(best < 1.01 * balanced && balanced < fast, "{best} {balanced} {fast}");
+        sums.iter_mut().zip(Hierarchy::ALL.map(cost)).for_each(|(sum, cost)| *sum += cost);
     }
+    let [balanced, best] = sums;
+    assert!(best < balanced, "{best} {balanced}");
 }
 
 #[test]
@@ -207,7 +209,7 @@ fn a_cache_gives_back_what_was_built() {
     moved[4321].bounds.hi.x = 3.0;
     let others = [
         (&items, Wanted { quality: Hierarchy::Best, ..cached }),
-        (&items, Wanted { loose: [false, true], quality: Hierarchy::Fast, ..cached }),
+        (&items, Wanted { outside: [false, true], ..cached }),
         (&items, Wanted { forms: Forms::Compressed, ..cached }),
         (&items, Wanted { forms: Forms::Nodes, ..cached }),
         (&moved, cached),
