@@ -1,5 +1,8 @@
 //! `glsl/kernels.pack` holds what shaderc makes of the sources, and reads back word for word.
 
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
 #[path = "../build/pack.rs"]
 mod pack;
 

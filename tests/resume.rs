@@ -21,7 +21,7 @@ impl Observer for StopAfter {
 }
 
 fn scene(name: &str) -> Scene {
-    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
+    Scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
 }
 
 /// A small image in tiles of `tile_pixels`.
