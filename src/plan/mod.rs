@@ -154,7 +154,7 @@ const FUSED_SAMPLES: u64 = 1 << 21;
 /// Primitives that are all tested, at most; beyond them walking a hierarchy pays
 /// (docs/design/decisions/010-brute-force-limit.md).
 pub const BRUTE_FORCE_MAX: usize = 32;
-/// The same where the lanes of a subgroup work together.
+/// The same where the lanes of a subgroup work together (docs/design/decisions/030-constant-shapes.md).
 const BRUTE_FORCE_MAX_JOINED: usize = 12;
 
 /// Up to how many primitives every one is tested (`pack`). `forced`: always or never, whatever the scene.

@@ -174,14 +174,4 @@ mod tests {
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
     }
-
-    #[test]
-    fn everything_is_optional_but_scene_and_output() {
-        let cli = Cli::try_parse_from(["whitted", "render", "a.toml", "-o", "a.png"]).unwrap();
-        let Command::Render(args) = cli.command else { panic!("render expected") };
-        assert_eq!(
-            (args.picture.seed, args.picture.samples, args.picture.depth, args.validate),
-            (0, None, None, false)
-        );
-    }
 }

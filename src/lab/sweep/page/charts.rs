@@ -295,11 +295,10 @@ mod tests {
     #[test]
     fn the_slope_stands_beside_theorys() {
         let chart = samples(&record()).unwrap();
-        let names: Vec<&str> = chart.series.iter().map(|s| s.name.as_str()).collect();
-        assert_eq!(
-            names,
-            ["random, slope -0.50", "theory: slope -0.5", "owen, slope -0.75", "theory: slope -0.75"]
-        );
+        assert_eq!(chart.series.len(), 4);
+        for (series, slope) in chart.series.iter().zip(["-0.5", "-0.5", "-0.75", "-0.75"]) {
+            assert!(series.name.contains(slope), "{}", series.name);
+        }
         assert_eq!(chart.series[0].points.len(), 4, "without the one sample at the centre");
     }
 
