@@ -29,7 +29,7 @@ const VARIANTS: [Variant; 9] = [
 
 #[allow(clippy::print_stdout)]
 fn main() -> Result<(), PageError> {
-    let mut renderer = Renderer::new(&DeviceChoice::Best, false)?;
+    let mut renderer = Renderer::new(&DeviceChoice::Best)?;
     let cost = measure(&mut renderer, &VARIANTS, &|| false)?;
     let device = renderer.device().info();
     println!("# What single protections cost\n");

@@ -15,8 +15,10 @@ fn main() -> ExitCode {
         Err(failure) => {
             // A closed standard error leaves the exit code to tell.
             let _ = match &failure {
-                Failure::Interrupted(_) | Failure::AboveThreshold(_) => writeln!(io::stderr(), "{failure}"),
-                _ => writeln!(io::stderr(), "error: {failure}"),
+                Failure::Interrupted(_) | Failure::AboveThreshold(_) => {
+                    writeln!(io::stderr(), "{}", failure.message())
+                }
+                _ => writeln!(io::stderr(), "error: {}", failure.message()),
             };
             ExitCode::from(failure.exit_code())
         }

@@ -6,6 +6,7 @@
 mod common;
 
 use whitted::kernel::abi::{BUFFERS, Buf, Specialisation};
+use whitted::kernel::table::KernelSet;
 use whitted::vk::{Buffers, Made, Pipelines, Recorder, VkError};
 
 /// The longest that one vkCmdUpdateBuffer takes is 16,384 words.
@@ -15,7 +16,7 @@ const WORDS: usize = 40_000;
 fn recorder() -> (Recorder, Buffers) {
     let device = common::device();
     let spec = Specialisation::default();
-    let pipelines = Pipelines::new(&device, std::iter::empty(), &spec, false).unwrap();
+    let pipelines = Pipelines::new(&device, KernelSet::SHIPPED, std::iter::empty(), &spec, false).unwrap();
     let buffers = Buffers::new(&device, &[4 * WORDS as u64; BUFFERS.len()], 0).unwrap();
     (Recorder::new(&device, &pipelines, &buffers, spec.workgroup).unwrap(), buffers)
 }
@@ -26,10 +27,10 @@ fn an_update_of_any_length_arrives_whole() {
     for count in [1, 16_384, 16_385, WORDS] {
         let words: Vec<u32> = (1..=count as u32).collect();
         recorder.begin().unwrap();
-        recorder.fill(&buffers, Buf::Slots, u32::MAX);
-        recorder.update(&buffers, Buf::Slots, &words).unwrap();
+        recorder.fill(&buffers, Buf::SampleRadiance, u32::MAX);
+        recorder.update(&buffers, Buf::SampleRadiance, &words).unwrap();
         recorder.submit(&buffers).unwrap();
-        let found = recorder.read(&mut buffers, Buf::Slots).unwrap();
+        let found = recorder.read(&mut buffers, Buf::SampleRadiance).unwrap();
         let found: Vec<u32> = bytemuck::pod_collect_to_vec(&found);
         assert!(found[..count] == words[..], "{count}");
         assert!(found[count..].iter().all(|w| *w == u32::MAX), "{count}");
@@ -42,11 +43,11 @@ fn a_write_beyond_the_end_is_an_error() {
     let words = vec![0u32; WORDS + 1];
     recorder.begin().unwrap();
     let written = [
-        recorder.update(&buffers, Buf::Slots, &words),
-        recorder.upload(&mut buffers, Buf::Slots, bytemuck::cast_slice(&words)),
+        recorder.update(&buffers, Buf::SampleRadiance, &words),
+        recorder.upload(&mut buffers, Buf::SampleRadiance, bytemuck::cast_slice(&words)),
         recorder.upload_made(
             &mut buffers,
-            Buf::Slots,
+            Buf::SampleRadiance,
             Made { bytes: 4 * words.len(), element: 4 },
             &|_, _| {},
         ),

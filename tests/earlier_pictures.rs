@@ -11,7 +11,7 @@ use std::path::Path;
 use whitted::compare::metrics::compare;
 use whitted::image::linear_sha256;
 use whitted::reference::oracle::Oracle;
-use whitted::scene::{self, Scene};
+use whitted::scene::Scene;
 use whitted::settings::Settings;
 
 /// Scenes in `tests/scenes`, and the SHA-256 of the linear image at the scene's own settings.
@@ -28,7 +28,7 @@ const TOLERANCE: f64 = 1e-4;
 
 fn load(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes");
-    scene::load(&folder.join(name).with_extension("toml")).unwrap()
+    Scene::load(folder.join(name).with_extension("toml")).unwrap()
 }
 
 #[test]

@@ -5,9 +5,9 @@
 
 use std::path::Path;
 use std::time::{Duration, Instant};
-use whitted::accuracy::promise::{self, Bounded, Known, Request, Target};
+use whitted::accuracy::promise::{Bounded, BoundedImage, Request, Target};
 use whitted::render::{Observer, Quiet, Renderer, ResumeState, Survey};
-use whitted::scene::{self, Scene};
+use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 /// Lets so many submits of the whole's second half through; checks that progress goes forward only.
@@ -31,7 +31,7 @@ impl Observer for StopAfter {
 }
 
 fn scene(name: &str) -> Scene {
-    scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
+    Scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
 }
 
 fn settings(scene: &Scene, tile_pixels: u32) -> Settings {
@@ -50,19 +50,28 @@ fn stored(kept: &ResumeState<Bounded>) -> ResumeState<Bounded> {
     ResumeState::read(&mut bytes.as_slice()).unwrap()
 }
 
-fn whole_and_pieces(name: &str, request: &Request, samples: u32, stops: &[(u32, u32, f64)]) -> [Known; 2] {
+fn whole_and_pieces(
+    name: &str,
+    request: &Request,
+    samples: u32,
+    stops: &[(u32, u32, f64)],
+) -> [BoundedImage; 2] {
     let scene = scene(name);
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     let own = |tile| {
         let settings = settings(&scene, tile);
         Settings { samples, replicates: if samples > 1 { 4 } else { 1 }, ..settings }
     };
-    let whole = promise::render(&mut renderer, &scene, &own(480), request, &mut Quiet).unwrap();
+    let whole = renderer.render_bounded(&scene, &own(480), request).unwrap();
     assert!(whole.unfinished.is_none() && !whole.cancelled);
     let mut earlier = None;
     for &(tile, submits, beyond) in stops {
         let mut stop = StopAfter { submits, beyond, last: 0 };
-        let part = promise::resume(&mut renderer, &scene, &own(tile), request, earlier, &mut stop).unwrap();
+        let part = match earlier {
+            Some(earlier) => renderer.resume_bounded(&scene, &own(tile), request, earlier, &mut stop),
+            None => renderer.render_bounded_with(&scene, &own(tile), request, &mut stop),
+        }
+        .unwrap();
         assert!(part.cancelled && part.done > 0.0, "{tile} {submits}");
         let kept = part.unfinished.as_ref().unwrap();
         assert_eq!(&stored(kept), kept);
@@ -70,7 +79,7 @@ fn whole_and_pieces(name: &str, request: &Request, samples: u32, stops: &[(u32, 
         assert_eq!(part.linear().len(), 480);
         earlier = Some(stored(kept));
     }
-    let last = promise::resume(&mut renderer, &scene, &own(55), request, earlier, &mut Quiet).unwrap();
+    let last = renderer.resume_bounded(&scene, &own(55), request, earlier.unwrap(), &mut Quiet).unwrap();
     [whole, last]
 }
 
@@ -98,17 +107,17 @@ fn a_budget_is_the_same_image_however_often_it_was_interrupted() {
 #[test]
 fn an_error_interrupted_at_once_keeps_nothing() {
     let scene = scene("cornell.toml");
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     let mut stop = StopAfter { submits: 1, beyond: 0.0, last: 0 };
     let request = request(Target::Error(0.01));
-    let part = promise::render(&mut renderer, &scene, &settings(&scene, 480), &request, &mut stop).unwrap();
+    let part = renderer.render_bounded_with(&scene, &settings(&scene, 480), &request, &mut stop).unwrap();
     assert!(part.cancelled && part.done == 0.0 && part.unfinished.is_none() && part.report.error.is_none());
 }
 
 #[test]
 fn a_survey_ends_in_time_with_the_first_pixels() {
     let scene = scene("nested_glass.toml");
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     let settings = Settings { width: 300, height: 250, replicates: 4, ..settings(&scene, 1 << 20) };
     let mut survey = Survey::new(&mut renderer, &scene, &settings).unwrap();
     let all: Vec<u32> = (0..300 * 250).collect();

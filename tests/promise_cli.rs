@@ -131,7 +131,7 @@ fn a_time_far_too_short_gives_a_coarse_image_of_unknown_error() {
     assert_eq!(report["error"], Value::Null);
     assert_eq!(report["settings"]["crop"], Value::Null);
     // 64, 32, 16, 8 and some of 4: no pixel is left black that is lit around.
-    let image = whitted::image::read(Path::new(&bench.at("a.exr"))).unwrap();
+    let image = whitted::Picture::read(bench.at("a.exr")).unwrap();
     let lit = image.linear.iter().filter(|c| c.iter().any(|c| *c > 0.0)).count();
     assert!(lit > image.linear.len() / 2, "{lit} of {}", image.linear.len());
 }
@@ -142,7 +142,7 @@ fn a_crop_has_its_own_error() {
     let words = ["--size", "60x50", "--crop", "20,10,44,30", "--error", "0.02"];
     let report = bench.render("a.exr", &words, 0);
     assert_eq!(report["settings"]["crop"], serde_json::json!([20, 10, 44, 30]));
-    let image = whitted::image::read(Path::new(&bench.at("a.exr"))).unwrap();
+    let image = whitted::Picture::read(bench.at("a.exr")).unwrap();
     assert_eq!((image.width, image.height), (24, 20));
 }
 

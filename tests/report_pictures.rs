@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use std::path::Path;
 use whitted::image::code8;
 use whitted::reference::oracle::{Oracle, OracleImage};
-use whitted::scene::{self, Fresnel, Scene};
+use whitted::scene::{Fresnel, Scene};
 use whitted::settings::Settings;
 
 const NAMES: [&str; 2] = ["cornell", "cornell_glass"];
@@ -18,7 +18,7 @@ const BIG: usize = 1;
 
 fn load(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    scene::load(&folder.join(name).with_extension("toml")).unwrap()
+    Scene::load(folder.join(name).with_extension("toml")).unwrap()
 }
 
 /// What a primary ray hits first.

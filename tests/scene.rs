@@ -7,7 +7,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 use whitted::scene::procedural::{self, Shape, displaced_sphere, rotated_cube};
-use whitted::scene::{self, Fresnel, Scene, SceneError};
+use whitted::scene::{Fresnel, Scene, SceneError};
 
 const CAMERA: &str = "[camera]\nlook_from = [0, 5, 14]\nlook_at = [0, 5, 0]\n";
 
@@ -17,7 +17,7 @@ fn folder() -> PathBuf {
 
 /// Parses a text as if it lay in `scenes/`.
 fn parse(text: &str) -> Result<Scene, SceneError> {
-    scene::parse_str(text, &folder().join("test.toml"))
+    Scene::parse(text, folder().join("test.toml"))
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn every_scene_loads() {
     for entry in std::fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "toml") {
-            let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
+            let scene = Scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             assert!(!scene.spheres.is_empty() || scene.triangle_count() > 0);
             count += 1;
         }
@@ -204,13 +204,13 @@ fn mistakes_in_the_camera() {
 
 #[test]
 fn files_that_cannot_be_read_are_named() {
-    let error = scene::load(Path::new("no/such/scene.toml")).unwrap_err();
+    let error = Scene::load(Path::new("no/such/scene.toml")).unwrap_err();
     assert_eq!((error.line, error.file.as_path()), (0, Path::new("no/such/scene.toml")));
     assert!(error.to_string().starts_with("no/such/scene.toml: scene: cannot be read"), "{error}");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("latin1.toml");
     std::fs::write(&path, b"[camera]\n# \xe9t\xe9\n").unwrap();
-    let error = scene::load(&path).unwrap_err();
+    let error = Scene::load(&path).unwrap_err();
     assert_eq!((error.line, error.column), (2, 3));
     assert!(error.message.contains("UTF-8"));
 }
@@ -228,7 +228,7 @@ fn mistakes_in_a_mesh_name_the_meshes_file() {
         ("mtllib m.mtl\nv 0 0 0\nusemtl red\nf 1 1 4\n", 4, 7, "vertex 4 of 1"),
     ] {
         std::fs::write(folder.path().join("m.obj"), obj).unwrap();
-        let error = scene::load(&path).unwrap_err();
+        let error = Scene::load(&path).unwrap_err();
         assert_eq!(error.file, folder.path().join("m.obj"));
         assert_eq!(
             (error.line, error.column, error.object.as_str()),
@@ -261,7 +261,7 @@ fn generated_meshes_come_back() {
     let flags = "rotated-cube --size 2 --rotate 10,20,30 --translate 1,2,-3 --color 0.5,1,0.25";
     generate(flags, &obj);
     let first = std::fs::read(&obj).unwrap();
-    let scene = scene::load(&scene_path).unwrap_or_else(|e| panic!("{e}"));
+    let scene = Scene::load(&scene_path).unwrap_or_else(|e| panic!("{e}"));
     let cube = rotated_cube(2.0, DVec3::new(10.0, 20.0, 30.0), DVec3::new(1.0, 2.0, -3.0));
     let mesh = &scene.meshes[0];
     assert!(mesh.vertices.iter().zip(&cube.vertices).all(|(a, b)| a.distance(*b) < 1e-6));
@@ -273,14 +273,14 @@ fn generated_meshes_come_back() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
 
     generate("displaced-sphere --triangles 1000 --size 2", &obj);
-    let scene = scene::load(&scene_path).unwrap_or_else(|e| panic!("{e}"));
+    let scene = Scene::load(&scene_path).unwrap_or_else(|e| panic!("{e}"));
     let sphere = displaced_sphere(7, 1.0, 7);
     assert!(scene.meshes[0].vertices.iter().zip(&sphere.vertices).all(|(a, b)| a.distance(2.0 * *b) < 1e-6));
     assert!(scene.meshes[0].faces.iter().map(|f| f.vertices).eq(sphere.faces.iter().map(|f| f.vertices)));
 
     let flake = folder.path().join("flake.toml");
     generate("sphereflake --level 2", &flake);
-    assert_eq!(scene::load(&flake).unwrap_or_else(|e| panic!("{e}")).spheres.len(), 91);
+    assert_eq!(Scene::load(&flake).unwrap_or_else(|e| panic!("{e}")).spheres.len(), 91);
 }
 
 #[test]
@@ -315,7 +315,7 @@ fn load_obj(text: &[u8]) -> Result<Scene, SceneError> {
     std::fs::write(&path, format!("{CAMERA}[[mesh]]\nfile = \"m.obj\"\n")).unwrap();
     std::fs::write(folder.path().join("m.mtl"), "newmtl a\n").unwrap();
     std::fs::write(folder.path().join("m.obj"), text).unwrap();
-    scene::load(&path)
+    Scene::load(&path)
 }
 
 proptest! {

@@ -7,9 +7,9 @@ use whitted::compare::metrics::{edge_length, mismatch_bound};
 use whitted::kernel::defects::Defect;
 use whitted::lab::stress::moved;
 use whitted::reference::oracle::Oracle;
-use whitted::render::{Quiet, Renderer};
+use whitted::render::Renderer;
 use whitted::report::Counters;
-use whitted::scene::{self, Scene};
+use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Settings};
 
 fn scenes() -> Vec<(PathBuf, Scene)> {
@@ -22,7 +22,7 @@ fn scenes() -> Vec<(PathBuf, Scene)> {
     files
         .into_iter()
         .map(|f| {
-            let scene = scene::load(&f).expect("a sound scene");
+            let scene = Scene::load(&f).expect("a sound scene");
             (f, scene)
         })
         .collect()
@@ -35,14 +35,14 @@ fn small(scene: &Scene) -> Settings {
 }
 
 fn picture(renderer: &mut Renderer, scene: &Scene) -> Vec<[f32; 3]> {
-    renderer.render(scene, &small(scene), &mut Quiet).expect("an image").linear
+    renderer.render(scene, &small(scene)).expect("an image").linear
 }
 
 #[test]
 fn no_scene_raises_a_counter() {
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     for (file, scene) in scenes() {
-        let report = renderer.render(&scene, &small(&scene), &mut Quiet).unwrap().report;
+        let report = renderer.render(&scene, &small(&scene)).unwrap().report;
         assert_eq!(report.counters, Counters::default(), "{}", file.display());
         assert!(report.warnings.is_empty(), "{}: {:?}", file.display(), report.warnings);
     }
@@ -50,7 +50,7 @@ fn no_scene_raises_a_counter() {
 
 #[test]
 fn a_power_of_two_in_scale_changes_no_bit() {
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     for (file, scene) in scenes() {
         let reference = picture(&mut renderer, &scene);
         for k in [-60, -9, 13, 60] {
@@ -63,7 +63,7 @@ fn a_power_of_two_in_scale_changes_no_bit() {
 /// The comparison above can fail: without the local frame it does.
 #[test]
 fn without_the_local_frame_scale_changes_bits() {
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     renderer.plant(Defect::WorldFrame);
     let (_, scene) = scenes().remove(0);
     let scaled = moved(&scene, 2f64.powi(-60), DVec3::ZERO);
@@ -72,7 +72,7 @@ fn without_the_local_frame_scale_changes_bits() {
 
 #[test]
 fn a_move_changes_no_more_pixels_than_derived() {
-    let mut renderer = Renderer::new(&DeviceChoice::Cpu, false).unwrap();
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
     for (file, scene) in scenes() {
         let settings = small(&scene);
         let reference = picture(&mut renderer, &scene);

@@ -71,7 +71,7 @@ const GUARDS_OF_ORIGIN: &[&str] =
     &["planet-shadow", "touching", "huge-and-tiny", "mirror-box", "contact-shadow", "thin-gap", "dark-room"];
 
 fn renderer() -> Renderer {
-    Renderer::new(&DeviceChoice::Cpu, false).expect("a Vulkan device")
+    Renderer::new(&DeviceChoice::Cpu).expect("a Vulkan device")
 }
 
 fn all_pass(tracer: &mut dyn Tracer, precision: Precision) {

@@ -9,13 +9,13 @@ use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 fn scene(name: &str) -> (Scene, Settings) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
-    let scene = whitted::scene::load(&path).expect("a scene of the repository");
+    let scene = Scene::load(&path).expect("a scene of the repository");
     let settings = Settings { width: 40, height: 30, ..Settings::of(&scene) };
     (scene, settings)
 }
 
 fn renderer() -> Renderer {
-    Renderer::new(&DeviceChoice::Cpu, true).expect("a device")
+    Renderer::with_validation(&DeviceChoice::Cpu).expect("a device")
 }
 
 fn trace(r: &mut Renderer, scene: &Scene, settings: &Settings, pixels: &[u32], end: u32) -> (Traced, u64) {
@@ -32,7 +32,7 @@ fn a_survey_traces_the_samples_of_the_image() {
         let (scene, settings) = scene(name);
         for replicates in [1, 3] {
             let settings = Settings { samples: 6, replicates, ..settings.clone() };
-            let image = r.render(&scene, &settings, &mut Quiet).unwrap();
+            let image = r.render(&scene, &settings).unwrap();
             let rays = &image.report.rays;
             // Backwards, and in odd parts.
             let all: Vec<u32> = (0..40 * 30).rev().collect();
@@ -85,7 +85,7 @@ fn cut_throughput_is_that_of_the_rays_beyond_the_depth() {
         wall(-1),
         wall(1)
     );
-    let scene = whitted::scene::parse_str(&text, std::path::Path::new("mirrors.toml")).expect("a scene");
+    let scene = Scene::parse(&text, "mirrors.toml").expect("a scene");
     let settings = Settings::of(&scene);
     let middle = [15 * 40 + 20];
     let cut = |r: &mut Renderer, depth, cutoff| {

@@ -23,7 +23,7 @@ use whitted::settings::sampler::Sampler;
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 
 fn scene() -> Scene {
-    whitted::scene::load(Path::new(SCENE)).expect("a scene of the repository")
+    Scene::load(Path::new(SCENE)).expect("a scene of the repository")
 }
 
 fn plan(folder: &Path, over: &[&str]) -> Plan {

@@ -57,7 +57,7 @@ fn renders_are_compared() {
         let mut command = whitted(&words);
         let output =
             command.args(["--diff", &diff, "--json", &figures]).assert().code(6).get_output().clone();
-        assert!(String::from_utf8_lossy(&output.stdout).contains("beyond the threshold 0.0001"));
+        assert!(String::from_utf8_lossy(&output.stdout).contains("threshold 0.0001"));
         assert!(String::from_utf8_lossy(&output.stderr).starts_with(metric));
         assert_eq!(file(&figures)["judged"]["above"], true);
         assert!(image::open(&diff).unwrap().height() > 20, "picture and legend");

@@ -109,7 +109,7 @@ fn cpu_of_children() -> Option<f64> {
 fn apart(ours: &mut Program, theirs: &mut Program) -> Result<Picture> {
     ours.draw("exr")?;
     theirs.draw("exr")?;
-    let [a, b] = [&ours.out, &theirs.out].map(|out| whitted::image::read(&out.with_extension("exr")));
+    let [a, b] = [&ours.out, &theirs.out].map(|out| whitted::Picture::read(out.with_extension("exr")));
     let m = metrics::compare(&a?.linear, &b?.linear)?;
     let pixels = u64::from(ours.case.size[0]) * u64::from(ours.case.size[1]);
     Ok(Picture { rmse: m.rmse, max: m.max_abs, differing: m.differing_pixels as f64 / pixels as f64 })

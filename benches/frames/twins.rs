@@ -10,20 +10,20 @@ use std::time::Instant;
 use whitted::image::linear_sha256;
 use whitted::plan::{Plan, pack_for};
 use whitted::prepare::Packed;
-use whitted::render::{Quiet, Rendered, Renderer};
+use whitted::render::{Rendered, Renderer};
 use whitted::report::Report;
-use whitted::scene::{Scene, load};
+use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Settings};
 
 /// Runs every case on one device.
 pub fn run(folder: &Path, cases: &[&Case], repeats: usize, teller: &mut Teller) -> Result<()> {
     let choice: DeviceChoice =
         std::env::var("WHITTED_DEVICE").ok().map_or(Ok(DeviceChoice::Best), |text| text.parse())?;
-    let mut renderer = Renderer::new(&choice, false)?;
+    let mut renderer = Renderer::new(&choice)?;
     teller.device(&renderer.device().info());
     for case in cases {
         let path = folder.join(case.scene).with_extension("toml");
-        let scene = load(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let scene = Scene::load(&path).with_context(|| format!("cannot read {}", path.display()))?;
         let mut settings = Settings::of(&scene);
         [settings.width, settings.height] = case.size;
         (settings.samples, settings.depth) = (case.samples, case.depth);
@@ -50,7 +50,7 @@ fn one(
     let draw = |forced: Option<bool>| {
         let mut renderer = device.borrow_mut();
         renderer.force_brute_force(forced);
-        let rendered = renderer.render(scene, settings, &mut Quiet)?;
+        let rendered = renderer.render(scene, settings)?;
         Ok::<Run, anyhow::Error>(of_render(&rendered))
     };
     // Warm-up: kernels are compiled, caches filled.

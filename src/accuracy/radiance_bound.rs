@@ -192,7 +192,7 @@ fn segment_distance(a: DVec3, b: DVec3, p: DVec3) -> f64 {
 mod tests {
     use super::*;
     use crate::reference::oracle::Oracle;
-    use crate::scene::{Light, parse_str};
+    use crate::scene::{Light, Scene};
     use crate::settings::Settings;
 
     fn random(state: &mut u64) -> f64 {
@@ -233,7 +233,7 @@ mod tests {
              [material.paint]\ndiffuse = [0.9, 0.5, 0.2]\n\
              [material.mirror]\ndiffuse = [0.3, 0.9, 0.4]\nsecondary = 0.7\n\
              [material.glass]\ndiffuse = [0.1, 0.2, 0.9]\nsecondary = 0.9\nfresnel = \"exact\"\nior = 1.5\n";
-        let mut scene = parse_str(text, std::path::Path::new("random.toml")).expect("a scene");
+        let mut scene = Scene::parse(text, "random.toml").expect("a scene");
         for material in 0..3 {
             let corners: Vec<DVec3> = (0..3).map(|_| vector(state) * 2.0).collect();
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();

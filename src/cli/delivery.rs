@@ -4,9 +4,9 @@ use super::args::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
 use super::console::Console;
 use super::failure::Failure;
 use crate::accuracy::promise;
-use crate::image::{Format, Metadata, View, linear_sha256};
+use crate::image::{Format, Metadata, View};
 use crate::render::Rendered;
-use crate::report::{Report, table};
+use crate::report::{Report, text};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::{atomic_file, units};
@@ -55,8 +55,10 @@ pub(crate) fn settings(
 pub(crate) struct Deliver<'a> {
     pub(crate) args: &'a RenderArgs,
     pub(crate) format: Format,
-    /// Numbers beside the colours, for formats that have room.
+    /// Channels of layers, for formats that can hold them.
     pub(crate) channels: &'a [(&'a str, Vec<f32>)],
+    /// Wall time of the earlier parts of a resumed render, seconds.
+    pub(crate) before: f64,
 }
 
 impl Deliver<'_> {
@@ -73,24 +75,22 @@ impl Deliver<'_> {
             ));
         }
         let report = &mut rendered.report;
-        report.scene.file = self.args.scene.display().to_string();
         report.image.file = match &self.args.output {
             Output::Stdout => "-".into(),
             Output::File(path, _) => path.display().to_string(),
         };
-        report.image.linear_sha256 = linear_sha256(&rendered.linear);
         self.write_image(&rendered)?;
         let report = &mut rendered.report;
-        report.time.wall += started.elapsed().as_secs_f64();
+        report.time.wall = self.before + started.elapsed().as_secs_f64();
         late(report);
         if let Some(path) = &self.args.report {
             write_json(path, report)?;
         }
         if console.is_verbose() {
-            console.say(&table::report(report));
+            console.say(&text::report(report));
         }
-        console.say(&table::summary(report));
-        for line in table::error(report).iter().chain(&table::warnings(report)) {
+        console.say(&text::summary(report));
+        for line in text::error(report).iter().chain(&text::warnings(report)) {
             console.say(line);
         }
         Ok(rendered.report)

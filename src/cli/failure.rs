@@ -1,6 +1,8 @@
 //! Why a command ended early, and with which exit code.
 
 use crate::render::RenderError;
+use crate::scene::SceneError;
+use std::error::Error;
 
 /// Exit code of the process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,8 +50,8 @@ pub enum Failure {
     #[error("{0}\n\nFor more information, try '--help'.")]
     Usage(String),
     /// The scene cannot be read or is wrong.
-    #[error("{0}")]
-    Scene(String),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// The renderer gave up.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -63,23 +65,39 @@ pub enum Failure {
     #[error("{0}")]
     Interrupted(String),
     /// Anything else.
-    #[error("{0:#}")]
+    #[error(transparent)]
     Other(#[from] anyhow::Error),
 }
 
 impl Failure {
+    /// The failure and its causes: on one line, or below a message of several lines.
+    pub fn message(&self) -> String {
+        let mut text = self.to_string();
+        let joint = if text.contains('\n') { "\n  cause: " } else { ": " };
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            text = text + joint + &error.to_string();
+            cause = error.source();
+        }
+        text
+    }
+
     /// The exit code of this failure.
     pub fn code(&self) -> Code {
         match self {
-            Failure::Usage(_) => Code::Usage,
+            Failure::Usage(_) | Failure::Render(RenderError::Settings(_)) => Code::Usage,
             Failure::Scene(_) => Code::Scene,
-            Failure::Render(RenderError::NoDevice(_)) => Code::NoDevice,
+            Failure::Render(RenderError::NoDevice(_) | RenderError::NoDouble { .. }) => Code::NoDevice,
             Failure::Render(RenderError::DeviceLost(_)) => Code::DeviceLost,
             Failure::AboveThreshold(_) => Code::AboveThreshold,
             Failure::Unmet(_) => Code::Unmet,
             Failure::Interrupted(_) => Code::Interrupted,
             Failure::Render(
-                RenderError::DoesNotFit(_) | RenderError::Mismatch(_) | RenderError::Failed(_),
+                RenderError::OutOfMemory(_)
+                | RenderError::DoesNotFit(_)
+                | RenderError::TooManyRays { .. }
+                | RenderError::Mismatch(_)
+                | RenderError::Vulkan(_),
             )
             | Failure::Other(_) => Code::Failed,
         }
@@ -94,18 +112,25 @@ impl Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::PlanError;
+    use crate::scene::Scene;
+    use crate::vk::VkError;
+    use ash::vk;
 
     #[test]
     fn each_cause_has_its_code() {
         let text = String::from("x");
+        let render = |error: VkError| Failure::from(RenderError::from(error));
+        let call = VkError::Call { call: "vkX", object: text.clone(), result: vk::Result::NOT_READY };
         let cases = [
             (Failure::Other(anyhow::anyhow!("x")), 1),
-            (RenderError::Failed(text.clone()).into(), 1),
-            (RenderError::DoesNotFit(text.clone()).into(), 1),
+            (render(call), 1),
+            (RenderError::from(PlanError::TooManyToTry { primitives: 2, limit: 1 }).into(), 1),
             (Failure::Usage(text.clone()), 2),
-            (Failure::Scene(text.clone()), 3),
-            (RenderError::NoDevice(text.clone()).into(), 4),
-            (RenderError::DeviceLost(text.clone()).into(), 5),
+            (Scene::load("none.toml").unwrap_err().into(), 3),
+            (render(VkError::NoDevice(text.clone())), 4),
+            (RenderError::NoDouble { device: text.clone() }.into(), 4),
+            (render(VkError::Lost { pass: text.clone() }), 5),
             (Failure::AboveThreshold(text.clone()), 6),
             (Failure::Unmet(text.clone()), 7),
             (Failure::Interrupted(text), 130),
@@ -113,6 +138,16 @@ mod tests {
         for (failure, code) in cases {
             assert_eq!(failure.exit_code(), code, "{failure:?}");
         }
+    }
+
+    #[test]
+    fn causes_follow_the_message() {
+        let why = Failure::from(anyhow::anyhow!("inner").context("middle").context("outer"));
+        assert_eq!(why.message(), "outer: middle: inner");
+        let scene = Failure::from(Scene::load("no/such.toml").unwrap_err()).message();
+        let lines: Vec<&str> = scene.lines().collect();
+        assert!(lines[0].starts_with("no/such.toml: scene") && lines[1].starts_with("  help: "), "{scene}");
+        assert!(lines[2].starts_with("  cause: ") && lines.len() == 3, "{scene}");
     }
 
     #[test]

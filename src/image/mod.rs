@@ -7,12 +7,15 @@ pub mod heat;
 mod metadata;
 mod png;
 mod read;
+mod save;
 mod srgb;
 pub(crate) mod text;
 
 pub use metadata::Metadata;
 pub use png::png8;
-pub use read::{Picture, ReadError, read};
+pub use read::{Picture, ReadError};
+pub use save::SaveError;
+pub(crate) use save::save;
 pub use srgb::{code8, code16, linear8, linear16};
 
 use sha2::{Digest, Sha256};

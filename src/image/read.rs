@@ -19,24 +19,35 @@ pub struct Picture {
     pub encoding: &'static str,
 }
 
+impl Picture {
+    /// Reads a picture; the content decides the format, not the name. PNG codes (8 or 16 bits, grey, colour
+    /// or palette) are taken as sRGB; other colour profiles are not looked at.
+    ///
+    /// # Errors
+    /// If the file cannot be opened or decoded, or has pixels that are not opaque.
+    pub fn read(path: impl AsRef<Path>) -> Result<Picture, ReadError> {
+        read(path.as_ref())
+    }
+}
+
 /// Why a picture cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// It cannot be opened.
-    #[error("cannot read {}: {why}", path.display())]
+    #[error("cannot read {}", path.display())]
     Open {
         /// Of the file.
         path: PathBuf,
         /// What the system says.
-        why: std::io::Error,
+        source: std::io::Error,
     },
     /// It is damaged, or of another format.
-    #[error("cannot read {} as a PNG, OpenEXR or Radiance HDR picture: {why}", path.display())]
+    #[error("cannot read {} as a PNG, OpenEXR or Radiance HDR picture", path.display())]
     Decode {
         /// Of the file.
         path: PathBuf,
         /// What the decoder says.
-        why: String,
+        source: ::image::ImageError,
     },
     /// It lets through what is behind it.
     #[error(
@@ -56,13 +67,8 @@ pub enum ReadError {
     },
 }
 
-/// Reads a picture; the content decides the format, not the name. PNG codes (8 or 16 bits, grey, colour
-/// or palette) are taken as sRGB; other colour profiles are not looked at.
-///
-/// # Errors
-/// If the file cannot be opened or decoded, or has pixels that are not opaque.
-pub fn read(path: &Path) -> Result<Picture, ReadError> {
-    let open = |error| ReadError::Open { path: path.to_owned(), why: error };
+fn read(path: &Path) -> Result<Picture, ReadError> {
+    let open = |source| ReadError::Open { path: path.to_owned(), source };
     let file = File::open(path).map_err(open)?;
     if file.metadata().map_err(open)?.is_dir() {
         return Err(open(std::io::ErrorKind::IsADirectory.into()));
@@ -71,7 +77,7 @@ pub fn read(path: &Path) -> Result<Picture, ReadError> {
         .with_guessed_format()
         .map_err(open)?
         .decode()
-        .map_err(|error| ReadError::Decode { path: path.to_owned(), why: error.to_string() })?;
+        .map_err(|source| ReadError::Decode { path: path.to_owned(), source })?;
     let (width, height) = (image.width(), image.height());
     let (pixels, encoding): (Vec<[f32; 4]>, _) = match &image {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {

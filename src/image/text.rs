@@ -26,7 +26,7 @@ pub(crate) fn draw(text: &str, size: u32, mut put: impl FnMut(i32, i32, f32)) {
     let scale = PxScale::from(size as f32);
     let font = FONT.as_scaled(scale);
     // On whole pixels, so that all letters stand on the same row.
-    let baseline = font.ascent().round();
+    let baseline = font.ascent().ceil();
     let mut pen = 0.0;
     for letter in text.chars() {
         let id = font.glyph_id(known(letter));

@@ -1,11 +1,10 @@
 //! What fits a device, and what would where a scene does not.
 
-use super::{Limits, Plan, PlanError, TEXEL_BYTES, may_read_texels};
+use super::{Limits, Plan, PlanError, Shortage, TEXEL_BYTES, may_read_texels};
 use crate::kernel::abi::{BUFFERS, Buf};
 use crate::kernel::table::KERNELS;
 use crate::prepare::Packed;
 use crate::settings::Settings;
-use crate::units;
 
 /// Share of the heap that a plan may take, in eighths.
 pub(crate) const HEAP_EIGHTHS: u64 = 6;
@@ -16,7 +15,7 @@ const OF_PRIMITIVES: [Buf; 7] = [
     Buf::FlatNormals,
     Buf::CornerNormals,
     Buf::Spheres,
-    Buf::WideSpheres,
+    Buf::ExtendedSpheres,
     Buf::Nodes,
     Buf::CompressedNodes,
 ];
@@ -50,7 +49,6 @@ impl Plan {
         self.specialisation.texels = u32::from(may_read_texels(settings, limits));
         let count = packed.primitive_count();
         let of = |buffer: Buf| self.buffer_bytes[buffer as usize];
-        let name = |buffer: Buf| BUFFERS[buffer as usize].0;
         let scene: u64 = OF_PRIMITIVES.iter().map(|b| of(*b)).sum();
         let heap = limits.heap / 8 * HEAP_EIGHTHS;
         let rest = self.bytes() - scene;
@@ -60,32 +58,23 @@ impl Plan {
             .map(|(_, _, buffer)| (*buffer, self.most(*buffer, limits) as f64 / of(*buffer) as f64))
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let of_heap = heap.saturating_sub(rest) as f64 / scene as f64;
-        let (why, share, of_scene) = match bindings {
+        let (shortage, share, of_scene) = match bindings {
             Some((buffer, share)) if share < 1.0 => (
-                format!(
-                    "{} for `{}`, but a buffer on this device can have at most {}",
-                    units::bytes(of(buffer)),
-                    name(buffer),
-                    units::bytes(self.most(buffer, limits)),
-                ),
+                Shortage {
+                    buffer: Some(BUFFERS[buffer as usize].0),
+                    bytes: of(buffer),
+                    limit: self.most(buffer, limits),
+                },
                 share.min(of_heap),
                 OF_PRIMITIVES.contains(&buffer),
             ),
-            _ => (
-                format!(
-                    "{}, but three quarters of this device's memory are {}",
-                    units::bytes(self.bytes()),
-                    units::bytes(heap)
-                ),
-                of_heap,
-                rest < heap,
-            ),
+            _ => (Shortage { buffer: None, bytes: self.bytes(), limit: heap }, of_heap, rest < heap),
         };
         // A thousandth less, as lengths are rounded up to whole elements.
         let fit = (count as f64 * share * 0.999).floor();
-        PlanError(match of_scene && fit >= 1.0 {
-            true => format!("{count} primitives need {why}; about {fit:.0} would fit"),
-            false => format!("even a single ray at a time needs {why}; reduce --depth"),
-        })
+        match of_scene && fit >= 1.0 {
+            true => PlanError::SceneTooLarge { primitives: count, shortage, fit: fit as u64 },
+            false => PlanError::RayTooLarge { shortage },
+        }
     }
 }

@@ -102,14 +102,14 @@ mod tests {
     use crate::kernel::abi::single::{Film, Hit, Ray, Surface};
     use crate::plan::passes;
     use crate::plan::{Limits, pack_for};
-    use crate::scene;
+    use crate::scene::Scene;
     use crate::settings::Settings;
     use std::path::Path;
 
     /// A plan of `size` samples for each of 512 times `size` pixels.
     fn plan(name: &str, size: u32) -> Plan {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
-        let scene = scene::load(&path).unwrap();
+        let scene = Scene::load(&path).unwrap();
         let mut settings = Settings::of(&scene);
         settings.samples = size;
         (settings.width, settings.height) = (64, 8 * size);

@@ -2,6 +2,7 @@
 //! queue capacity, tile and batch, bytes.
 
 pub mod dispatches;
+mod error;
 pub mod explain;
 mod fit;
 pub mod memory_traffic;
@@ -10,13 +11,14 @@ mod planned_scene;
 pub mod predicted_time;
 pub mod tiles;
 
+pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
 pub use planned_scene::{PlannedScene, Purpose};
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::kernel::table::{KERNELS, Kernel};
 use crate::prepare::bvh::Forms;
-use crate::prepare::max_depth::Reach;
+use crate::prepare::max_depth::MaxDepth;
 use crate::prepare::{Packed, pack};
 use crate::scene::Scene;
 use crate::settings::forced_features::Feature;
@@ -96,11 +98,6 @@ impl Switched {
 /// Bytes of a texel: four words.
 pub const TEXEL_BYTES: u64 = 16;
 
-/// Why no plan exists; says what would fit.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct PlanError(pub String);
-
 /// A plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
@@ -115,7 +112,7 @@ pub struct Plan {
     /// Lights per `shadow` pass.
     pub lights_per_pass: u32,
     /// How deep light can travel.
-    pub reach: Reach,
+    pub reach: MaxDepth,
     /// Depth of the last passes, as far as is known before cutoffs change.
     pub last_depth: u32,
     /// Bytes of each buffer, in binding order.
@@ -201,10 +198,7 @@ impl Plan {
             if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
         let per_light = abi::LOOP_CAP / lights_per_pass;
         if by_brute_force && packed.primitive_count() as u32 > per_light {
-            return Err(PlanError(format!(
-                "brute force over {} primitives exceeds the limit of {per_light} loop iterations per kernel; use the hierarchy",
-                packed.primitive_count()
-            )));
+            return Err(PlanError::TooManyToTry { primitives: packed.primitive_count(), limit: per_light });
         }
         let on = |f: Feature| settings.schedule.general.has(f);
         let mut plan = Plan {
@@ -216,7 +210,9 @@ impl Plan {
                 use_bvh: u32::from(packed.bvh_depth > 0),
                 smooth_normals: u32::from(!packed.corner_normals.is_empty()),
                 media_capacity: packed.media_capacity,
-                wide_spheres_used: u32::from(!packed.wide_spheres.is_empty() || on(Feature::WideSpheres)),
+                extended_spheres_used: u32::from(
+                    !packed.extended_spheres.is_empty() || on(Feature::ExtendedSpheres),
+                ),
                 robust: u32::from(settings.precision != Precision::Fast),
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
@@ -227,8 +223,8 @@ impl Plan {
                 texels: 0,
                 lanes: 0,
                 stack_size: abi::STACK_SIZE,
-                loose_triangles: u32::from(packed.loose[0]),
-                loose_spheres: u32::from(packed.loose[1]),
+                triangles_outside: u32::from(packed.outside[0]),
+                spheres_outside: u32::from(packed.outside[1]),
                 fused: 0,
             },
             capacity: 0,
@@ -348,7 +344,7 @@ impl Plan {
                     Buf::FlatNormals => packed.flat_normals.len() as u64,
                     Buf::CornerNormals => packed.corner_normals.len() as u64,
                     Buf::Spheres => packed.spheres.len() as u64,
-                    Buf::WideSpheres => packed.wide_spheres.len() as u64,
+                    Buf::ExtendedSpheres => packed.extended_spheres.len() as u64,
                     Buf::Nodes if joined => 1,
                     Buf::Nodes => packed.nodes.len() as u64,
                     Buf::CompressedNodes if joined => packed.compressed_nodes.as_flattened().len() as u64,

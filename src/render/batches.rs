@@ -202,11 +202,7 @@ impl Frame {
     }
 
     pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
-        RenderError::DoesNotFit(format!(
-            "one sample of pixel ({x}, {y}) has more than {} rays alive at one depth, more than the queue holds; \
-             reduce --depth",
-            self.plan.capacity
-        ))
+        RenderError::TooManyRays { pixel: Some([x, y]), capacity: self.plan.capacity }
     }
 
     /// Samples of all pixels of a part, from scratch. `done` of `total` samples were there before.
@@ -305,13 +301,7 @@ impl Frame {
     }
 
     /// Records the dispatches for `samples` samples of every pixel of `part`.
-    fn batch(
-        &mut self,
-        part: &Part,
-        first_sample: u32,
-        samples: u32,
-        depth: u32,
-    ) -> Result<(), VkError> {
+    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) -> Result<(), VkError> {
         let Part { x, y, width, pixels } = *part;
         let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
         let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };

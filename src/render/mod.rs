@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod error;
 mod identity;
 mod prepared;
 mod resume_state;
@@ -13,6 +14,7 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
+pub use error::RenderError;
 pub use identity::{Identity, Mismatch};
 pub(crate) use prepared::Built;
 pub use prepared::Prepared;
@@ -20,21 +22,23 @@ pub use resume_state::{Kind, Payload, ResumeState, Tiles};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 
+use crate::image::{self, SaveError, View};
 #[cfg(feature = "defects")]
 use crate::kernel::defects::Defect;
 use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::explain::explain;
-use crate::plan::{Plan, PlanError, PlannedScene, Purpose};
+use crate::plan::{Plan, PlannedScene, Purpose};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
 use crate::report::Report;
-use crate::report::explain::Outline;
+use crate::report::explain::ExplainedPlan;
 use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
-use crate::vk::{Device, Pipelines, VkError};
+use crate::vk::{Device, Pipelines};
 pub(crate) use batches::Frame;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -49,14 +53,26 @@ pub struct Rendered {
     pub linear: Vec<[f32; 3]>,
     /// Share of the work that was done; 1 unless interrupted.
     pub done: f64,
-    /// Everything that was counted and timed (the file names in it are the caller's to fill; so are the
-    /// wall and scene times, of which those of the earlier part are already there).
+    /// Everything that was counted and timed, the earlier part of a resumed render included. The image has no file
+    /// name yet.
     pub report: Report,
     /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
     pub unfinished: Option<ResumeState<Tiles>>,
 }
 
-/// Told of the progress between submits; may end the render.
+impl Rendered {
+    /// Writes the image as a PNG of 8 bits, an OpenEXR or a Radiance HDR file by the extension of `path`, whole or not
+    /// at all. Program, scene, settings and device become its metadata. A PNG is clamped to [0, 1] and sRGB-encoded.
+    ///
+    /// # Errors
+    /// If the extension is none of `.png`, `.exr`, `.hdr`, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        let view = View { width: self.width, height: self.height, linear: &self.linear };
+        image::save(path.as_ref(), view, &self.report, self.done)
+    }
+}
+
+/// Sees the progress of a render between submits, and may end it.
 pub trait Observer {
     /// `done` of `total` units of work (samples) are finished.
     fn progress(&mut self, done: u64, total: u64);
@@ -71,43 +87,6 @@ impl Observer for Quiet {
     fn progress(&mut self, _done: u64, _total: u64) {}
     fn cancelled(&self) -> bool {
         false
-    }
-}
-
-/// Why there is no image.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// No Vulkan, no device, or not the one asked for.
-    #[error("{0}")]
-    NoDevice(String),
-    /// The device stopped answering.
-    #[error("{0}")]
-    DeviceLost(String),
-    /// The scene or the settings cannot be rendered on this device; says what would fit.
-    #[error("{0}")]
-    DoesNotFit(String),
-    /// The earlier part belongs to another render.
-    #[error(transparent)]
-    Mismatch(#[from] Mismatch),
-    /// Any other failed call.
-    #[error("{0}")]
-    Failed(String),
-}
-
-impl From<VkError> for RenderError {
-    fn from(error: VkError) -> Self {
-        match error {
-            VkError::NoDevice(_) => RenderError::NoDevice(error.to_string()),
-            VkError::Lost { .. } => RenderError::DeviceLost(error.to_string()),
-            VkError::Memory { .. } => RenderError::DoesNotFit(error.to_string()),
-            VkError::TooLong { .. } | VkError::Call { .. } => RenderError::Failed(error.to_string()),
-        }
-    }
-}
-
-impl From<PlanError> for RenderError {
-    fn from(error: PlanError) -> Self {
-        RenderError::DoesNotFit(error.to_string())
     }
 }
 
@@ -128,8 +107,25 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Opens a device; with `validate`, under the validation layer.
-    pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
+    /// Opens a device and tests its arithmetic, or takes the result of an earlier test from the cache folder.
+    ///
+    /// # Errors
+    /// [`RenderError::NoDevice`] without a Vulkan 1.2 device like the one chosen; [`RenderError::Vulkan`],
+    /// [`RenderError::OutOfMemory`] or [`RenderError::DeviceLost`] if the device fails its first work.
+    pub fn new(choice: &DeviceChoice) -> Result<Renderer, RenderError> {
+        Renderer::open(choice, false)
+    }
+
+    /// As [`Renderer::new`], under the Khronos validation layer, whose messages are kept for
+    /// [`Renderer::validation_messages`].
+    ///
+    /// # Errors
+    /// As [`Renderer::new`]; also [`RenderError::NoDevice`] if the layer is not installed.
+    pub fn with_validation(choice: &DeviceChoice) -> Result<Renderer, RenderError> {
+        Renderer::open(choice, true)
+    }
+
+    pub(crate) fn open(choice: &DeviceChoice, validate: bool) -> Result<Renderer, RenderError> {
         let start = Instant::now();
         let device = Rc::new(Device::new(choice, validate)?);
         let arithmetic = self_test::known(&device)?;
@@ -146,6 +142,7 @@ impl Renderer {
     }
 
     /// What the device's arithmetic is worth.
+    #[doc(hidden)]
     pub fn arithmetic(&self) -> &SelfTest {
         &self.arithmetic
     }
@@ -179,11 +176,13 @@ impl Renderer {
     }
 
     /// The device.
+    #[doc(hidden)]
     pub fn device(&self) -> &Rc<Device> {
         &self.device
     }
 
     /// Tests every primitive (`true`) or walks the hierarchy (`false`), whatever the scene's size.
+    #[doc(hidden)]
     pub fn force_brute_force(&mut self, brute_force: Option<bool>) {
         self.brute_force = brute_force;
     }
@@ -221,41 +220,57 @@ impl Renderer {
 
     /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
     /// written then shows in the image.
+    #[doc(hidden)]
     pub fn poison_buffers(&mut self, poison: bool) {
         self.poison = poison;
     }
 
-    /// Renders `scene`.
-    pub fn render(
+    /// Renders `scene`. Kernels stay compiled for the next render.
+    ///
+    /// # Errors
+    /// [`RenderError::Settings`] if a setting is outside its range; [`RenderError::NoDouble`] if the settings ask for
+    /// f64 and the device has none; [`RenderError::DoesNotFit`], [`RenderError::TooManyRays`] or [`RenderError::OutOfMemory`] if scene and
+    /// settings need more than the device has; [`RenderError::DeviceLost`] or [`RenderError::Vulkan`] if it fails.
+    pub fn render(&mut self, scene: &Scene, settings: &Settings) -> Result<Rendered, RenderError> {
+        self.render_with(scene, settings, &mut Quiet)
+    }
+
+    /// Renders `scene` under an observer, which sees the progress and may cancel: [`Rendered::done`] is then below 1,
+    /// and [`Rendered::unfinished`] may hold what [`Renderer::resume`] continues from.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_with(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        self.resume(scene, settings, None, observer)
+        self.prepare(scene, settings)?.render_with(observer)
     }
 
-    /// Renders what an earlier, interrupted render left; the image is the same, bit for bit, as if it
-    /// had not been interrupted. Rays and times are those of both parts together.
+    /// Continues an earlier, interrupted render; the image is the same, bit for bit, as without the
+    /// interruption. Rays and times are those of both parts together.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; also if `earlier` is of another scene, device, program, or of other
-    /// settings that change the image.
+    /// As [`Renderer::render`]; also [`RenderError::Mismatch`] if `earlier` is of another scene, device, program, or
+    /// of other settings that change the image.
     pub fn resume(
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        earlier: Option<ResumeState<Tiles>>,
+        earlier: ResumeState<Tiles>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        self.prepare(scene, settings)?.render(earlier, observer)
+        self.prepare(scene, settings)?.resume(earlier, observer)
     }
 
-    /// Makes `scene` ready under `settings`, for one or several renders of it.
+    /// Makes `scene` ready under `settings`, for one or several renders of the same image.
     ///
     /// # Errors
     /// As [`Renderer::render`].
     pub fn prepare(&mut self, scene: &Scene, settings: &Settings) -> Result<Prepared, RenderError> {
+        settings.check()?;
         let built = self.build(scene, settings, Purpose::Image)?;
         self.prepare_built(scene, built)
     }
@@ -277,7 +292,7 @@ impl Renderer {
     }
 
     /// Explains what [`Renderer::build`] planned, refused or not; `file` is the scene's path as given.
-    pub(crate) fn explain(&self, built: &Built, file: &str) -> Outline {
+    pub(crate) fn explain(&self, built: &Built, file: &str) -> ExplainedPlan {
         let PlannedScene { packed, settings, limits, .. } = &built.planned;
         explain(file, &self.device.info(), packed, settings, limits, built.planned.plan().ok())
     }
@@ -289,10 +304,7 @@ impl Renderer {
 
     pub(crate) fn check_precision(&self, settings: &Settings) -> Result<(), RenderError> {
         if settings.precision == Precision::Double && !self.device.has_double() {
-            return Err(RenderError::NoDevice(format!(
-                "`{}` has no double precision (shaderFloat64); take --precision robust or another device",
-                self.device.info().name
-            )));
+            return Err(RenderError::NoDouble { device: self.device.info().name });
         }
         Ok(())
     }

@@ -3,13 +3,14 @@
 
 use super::batches::{Drawn, Frame};
 use super::identity::Identity;
-use super::{Observer, RenderError, Rendered, Renderer, ResumeState, Tiles};
+use super::{Observer, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
+use crate::image::linear_sha256;
 use crate::kernel::abi::double::Camera;
 use crate::plan::explain::explain;
 use crate::plan::{Plan, PlannedScene};
 use crate::prepare::{Packed, coincident_solids};
-use crate::report::explain::Outline;
-use crate::report::timeline::{FrameTrace, Phase};
+use crate::report::explain::ExplainedPlan;
+use crate::report::timeline::{Phase, RenderTimeline};
 use crate::report::{DeviceInfo, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -23,12 +24,16 @@ pub struct Prepared {
     pub(super) device: DeviceInfo,
     /// What the user should know of the image to come.
     pub(super) warnings: Vec<String>,
+    /// The scene's file, as given.
+    pub(super) file: String,
+    /// Time that went into reading the scene.
+    pub(super) read: Duration,
     /// Time that went into packing and planning.
     pub(super) built: Duration,
     /// Time that went into opening the device, kernels and buffers.
     pub(super) prepared: Duration,
-    /// Phases not yet taken ([`Prepared::take_trace`]).
-    trace: FrameTrace,
+    /// Phases not yet taken ([`Prepared::take_timeline`]).
+    trace: RenderTimeline,
 }
 
 /// A scene packed and planned for a device, and what that took.
@@ -54,7 +59,7 @@ impl Built {
 impl Prepared {
     pub(super) fn new(renderer: &mut Renderer, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
         let Built { planned, mut warnings, start, seconds } = built;
-        let mut trace = FrameTrace::default();
+        let mut trace = RenderTimeline::default();
         trace.phases.push(Phase { end: start + seconds, ..Phase::since("build", start) });
         let start = Instant::now();
         let plan = planned.plan()?;
@@ -74,6 +79,8 @@ impl Prepared {
             camera,
             device: renderer.device.info(),
             warnings,
+            file: scene.file.display().to_string(),
+            read: scene.read_time.0,
             built: seconds,
             prepared: start.elapsed() + std::mem::take(&mut renderer.opened),
             trace,
@@ -81,11 +88,13 @@ impl Prepared {
     }
 
     /// The plan.
+    #[doc(hidden)]
     pub fn plan(&self) -> &Plan {
         &self.frame.plan
     }
 
     /// The scene's arrays.
+    #[doc(hidden)]
     pub fn packed(&self) -> &Packed {
         &self.planned.packed
     }
@@ -106,24 +115,28 @@ impl Prepared {
     }
 
     /// Bytes that the buffers took on the device and the host.
+    #[doc(hidden)]
     pub fn bytes_taken(&self) -> u64 {
         self.frame.buffers.taken()
     }
 
     /// The plan explained; `file` is the scene's path as given.
-    pub fn explain(&self, file: &str) -> Outline {
+    #[doc(hidden)]
+    pub fn explain(&self, file: &str) -> ExplainedPlan {
         let PlannedScene { packed, settings, limits, .. } = &self.planned;
         explain(file, &self.device, packed, settings, limits, Some(self.plan()))
     }
 
-    /// Keeps the submits of the renders to come for [`Prepared::take_trace`], one batch in each, so that the items
+    /// Keeps the submits of the renders to come for [`Prepared::take_timeline`], one batch in each, so that the items
     /// of every dispatch are known.
+    #[doc(hidden)]
     pub fn keep_submits(&mut self, keep: bool) {
         self.frame.trace = keep.then(Vec::new);
     }
 
     /// When phases began and ended since the last call, and the submits if they were kept.
-    pub fn take_trace(&mut self) -> FrameTrace {
+    #[doc(hidden)]
+    pub fn take_timeline(&mut self) -> RenderTimeline {
         std::mem::take(&mut self.trace)
     }
 
@@ -132,12 +145,37 @@ impl Prepared {
         Identity::new(&self.device, self.packed(), self.camera, self.settings(), String::new())
     }
 
-    /// Renders the image, or what `earlier` left of it: the same bits as if that had not been interrupted. Rays and
-    /// times are those of both parts together; times of preparation are those of this `Prepared`.
+    /// Renders the image. Times of preparation in the report are those of this `Prepared`.
     ///
     /// # Errors
-    /// If the device fails, if one sample needs more room than the plan has, or if `earlier` is of another render.
-    pub fn render(
+    /// [`RenderError::DeviceLost`] or [`RenderError::Vulkan`] if the device fails; [`RenderError::TooManyRays`] if one
+    /// sample needs more room than the plan has.
+    pub fn render(&mut self) -> Result<Rendered, RenderError> {
+        self.render_with(&mut Quiet)
+    }
+
+    /// As [`Prepared::render`], under an observer.
+    ///
+    /// # Errors
+    /// As [`Prepared::render`].
+    pub fn render_with(&mut self, observer: &mut dyn Observer) -> Result<Rendered, RenderError> {
+        self.finish(None, observer)
+    }
+
+    /// Continues an earlier, interrupted render: the same bits as without the interruption. Rays and times are those
+    /// of both parts together.
+    ///
+    /// # Errors
+    /// As [`Prepared::render`]; also [`RenderError::Mismatch`] if `earlier` is of another render.
+    pub fn resume(
+        &mut self,
+        earlier: ResumeState<Tiles>,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        self.finish(Some(earlier), observer)
+    }
+
+    fn finish(
         &mut self,
         earlier: Option<ResumeState<Tiles>>,
         observer: &mut dyn Observer,
@@ -157,12 +195,14 @@ impl Prepared {
         let mut tally = drawn.tally.clone();
         tally.add(&cut);
         let mut report = tally.report(self.settings(), self.packed(), self.plan());
+        let preparation = self.read + self.built + self.prepared;
         report.time = TimeInfo {
+            wall: before.wall + (preparation + render).as_secs_f64(),
+            scene: before.scene + self.read.as_secs_f64(),
             build: before.build + self.built.as_secs_f64(),
             first_dispatch: before.first_dispatch + self.prepared.as_secs_f64(),
             device: report.passes.iter().map(|p| p.seconds).sum(),
             render: before.render + render.as_secs_f64(),
-            ..before
         };
         let [x0, y0, x1, y1] = self.settings().region();
         let unfinished = (done < 1.0 && !drawn.finished.is_empty()).then(|| {
@@ -170,6 +210,8 @@ impl Prepared {
             ResumeState::new(self.identity(), report.time.clone(), drawn.tally.clone(), tiles)
         });
         report.device = self.device.clone();
+        report.scene.file = self.file.clone();
+        report.image.linear_sha256 = linear_sha256(&drawn.linear);
         report.warnings = self.warnings.clone();
         Ok(Rendered { width: x1 - x0, height: y1 - y0, linear: drawn.linear, done, report, unfinished })
     }

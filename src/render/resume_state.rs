@@ -59,7 +59,7 @@ pub trait Payload: Serialize + DeserializeOwned {
 pub struct ResumeState<P> {
     kind: Kind,
     identity: Identity,
-    /// Seconds of all parts so far; wall and scene are the caller's to fill.
+    /// Seconds of all parts so far.
     pub time: TimeInfo,
     tally: Tally,
     payload: P,
@@ -77,6 +77,9 @@ impl<P: Payload> ResumeState<P> {
     }
 
     /// Writes a file.
+    ///
+    /// # Errors
+    /// If `out` fails.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut bytes = MAGIC.to_vec();
         serde_json::to_writer(&mut bytes, self)?;

@@ -1,10 +1,11 @@
 //! What is wrong with a scene, where, and what to write instead.
 
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// One mistake in a scene's text or in a file it names.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct SceneError {
     /// The file with the mistake.
     pub file: PathBuf,
@@ -18,6 +19,8 @@ pub struct SceneError {
     pub message: String,
     /// What to write instead.
     pub remedy: String,
+    /// What the system says, if the file cannot be read.
+    pub cause: Option<io::Error>,
 }
 
 impl fmt::Display for SceneError {
@@ -30,7 +33,11 @@ impl fmt::Display for SceneError {
     }
 }
 
-impl std::error::Error for SceneError {}
+impl std::error::Error for SceneError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.cause.as_ref().map(|cause| cause as _)
+    }
+}
 
 /// A text with its file's name: turns byte offsets into lines and columns.
 #[derive(Clone, Copy)]
@@ -56,6 +63,7 @@ impl Source<'_> {
             object: object.into(),
             message: message.into(),
             remedy: remedy.into(),
+            cause: None,
         }
     }
 
@@ -71,14 +79,15 @@ impl Source<'_> {
 }
 
 /// A file that cannot be read at all.
-pub(super) fn unreadable(file: &Path, object: &str, error: &std::io::Error) -> SceneError {
+pub(super) fn unreadable(file: &Path, object: &str, cause: io::Error) -> SceneError {
     SceneError {
         file: file.to_owned(),
         line: 0,
         column: 0,
         object: object.to_owned(),
-        message: format!("cannot be read: {error}"),
+        message: "cannot be read".to_owned(),
         remedy: "give the path of a file that exists and may be read".to_owned(),
+        cause: Some(cause),
     }
 }
 

@@ -22,7 +22,7 @@ impl Library {
     /// Reads an MTL file unless that is done.
     pub fn open(&mut self, path: &Path) -> Result<(), SceneError> {
         if !self.files.contains_key(path) {
-            let text = std::fs::read(path).map_err(|e| unreadable(path, "material file", &e))?;
+            let text = std::fs::read(path).map_err(|e| unreadable(path, "material file", e))?;
             let materials = mtl::read(Source { file: path, text: &text })?;
             self.files.insert(path.to_owned(), materials);
         }

@@ -1,6 +1,6 @@
 //! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
-//! and already checked. [`load`] is the only road from text to a [`Scene`]; tests may build one by
-//! hand.
+//! and already checked. [`Scene::load`] and [`Scene::parse`] are the only ways from text to a [`Scene`].
+//! A scene that is built by hand must keep the ranges that the fields state: rendering relies on them.
 
 pub mod bounds;
 mod error;
@@ -10,25 +10,30 @@ mod mtl;
 mod obj;
 mod parse;
 mod polygon;
+#[doc(hidden)]
 pub mod procedural;
 mod table;
 mod transform;
 mod tokens;
 
 pub use error::SceneError;
-pub use parse::{load, parse_str};
+pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
 pub use transform::{Transform, rotation};
 
 use crate::scene::bounds::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::fmt;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// A whole scene. Indices into `materials` are always in range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The file it came from, for messages; empty if built by hand.
     pub file: PathBuf,
+    /// How long reading and checking it took; zero if built by hand.
+    pub read_time: ReadTime,
     /// The eye.
     pub camera: Camera,
     /// What the scene's author asked for; the command line overrides.
@@ -43,6 +48,22 @@ pub struct Scene {
     pub polygons: Vec<Polygon>,
     /// Triangle meshes, already scaled, rotated and moved to their place.
     pub meshes: Vec<Mesh>,
+}
+
+/// How long it took to read a scene. No property of the scene: two readings of one file are equal, and print alike.
+#[derive(Clone, Copy, Default)]
+pub struct ReadTime(pub Duration);
+
+impl PartialEq for ReadTime {
+    fn eq(&self, _: &ReadTime) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for ReadTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("ReadTime")
+    }
 }
 
 /// Pinhole camera. Pixel (0, 0) is top left.

@@ -3,18 +3,20 @@
 use super::error::{SceneError, Source, did_you_mean, list, unreadable};
 use super::library::Library;
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{Camera, Light, Material, Mesh, Polygon, RenderDefaults, Scene, Sphere, Transform};
+use super::{Camera, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
 use super::{material, obj, polygon};
 use glam::DVec3;
 use std::path::Path;
+use std::str::FromStr;
+use std::time::Instant;
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
-const MAX_SIDE: u32 = 65_535;
+pub(crate) const MAX_SIDE: u32 = 65_535;
 /// Most samples per pixel: beyond 2^24 a sample changes a single-precision mean by less than an ulp.
-const MAX_SAMPLES: u32 = 1 << 24;
+pub(crate) const MAX_SAMPLES: u32 = 1 << 24;
 /// Deepest paths: after 1024 hits that each halve it, a throughput has left the range even of f64.
-const MAX_DEPTH: u32 = 1024;
+pub(crate) const MAX_DEPTH: u32 = 1024;
 /// Smallest sine of the angle between view and up: the camera's axes are off by 2^-53 divided by it,
 /// which must stay below the 2^-24 of single-precision directions with some bits to spare.
 const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
@@ -30,25 +32,49 @@ const RENDER: RenderDefaults = RenderDefaults { samples: 1, depth: 4, background
 
 const TOP: [&str; 7] = ["camera", "render", "light", "material", "sphere", "polygon", "mesh"];
 
-/// Reads a scene file and all files that it names.
-///
-/// # Errors
-/// The first mistake in the text (see [`SceneError`]): syntax, unknown keys, wrong types, missing
-/// materials, impossible values, files that cannot be read.
-pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| unreadable(path, "scene", &e))?;
+impl Scene {
+    /// Reads a scene file and all files that it names.
+    ///
+    /// # Errors
+    /// The first mistake in the text (see [`SceneError`]): syntax, unknown keys, wrong types, missing
+    /// materials, impossible values, files that cannot be read.
+    pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        let start = Instant::now();
+        let scene = load(path.as_ref())?;
+        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+    }
+
+    /// Reads a scene text as if it were the file `path`, which need not exist: messages name it, and files that the
+    /// text names are relative to its folder.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        let start = Instant::now();
+        let scene = parse(text, path.as_ref())?;
+        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+    }
+}
+
+impl FromStr for Scene {
+    type Err = SceneError;
+
+    /// Reads a scene text; files that it names are relative to the current folder.
+    fn from_str(text: &str) -> Result<Scene, SceneError> {
+        Scene::parse(text, "scene")
+    }
+}
+
+fn load(path: &Path) -> Result<Scene, SceneError> {
+    let bytes = std::fs::read(path).map_err(|e| unreadable(path, "scene", e))?;
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let source = Source { file: path, text: &bytes };
         source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
     })?;
-    parse_str(text, path)
+    parse(text, path)
 }
 
-/// Reads a scene text. Files that it names are relative to `path`, which need not exist itself.
-///
-/// # Errors
-/// As [`load`].
-pub fn parse_str(text: &str, path: &Path) -> Result<Scene, SceneError> {
+fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let source = Source { file: path, text: text.as_bytes() };
     let document = DeTable::parse(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
@@ -76,7 +102,8 @@ pub fn parse_str(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let polygons = each(&top, "polygon")?.iter().map(|t| reader.polygon(t)).collect::<Result<_, _>>()?;
     let meshes = each(&top, "mesh")?.into_iter().map(|t| reader.mesh(t)).collect::<Result<_, _>>()?;
     let materials = reader.library.materials;
-    Ok(Scene { file: path.to_owned(), camera, render, lights, materials, spheres, polygons, meshes })
+    let (file, read_time) = (path.to_owned(), ReadTime::default());
+    Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes })
 }
 
 /// The table `[key]`, if written.
@@ -264,10 +291,9 @@ impl Reader {
 
         let path = table.source.file.parent().unwrap_or(Path::new("")).join(&name);
         let text = std::fs::read(&path).map_err(|e| {
-            file.error(
-                format!("`{}` cannot be read: {e}", path.display()),
-                "correct the path; it starts at the scene file's folder",
-            )
+            let message = format!("`{}` cannot be read", path.display());
+            let error = file.error(message, "correct the path; it starts at the scene file's folder");
+            SceneError { cause: Some(e), ..error }
         })?;
         let source = Source { file: &path, text: &text };
         obj::read(source, &table.object, whole, Transform::new(scale, rotate, translate), &mut self.library)

@@ -1,10 +1,14 @@
 //! What a render is asked for, apart from the scene. Pure data.
 
+mod error;
+#[doc(hidden)]
 pub mod forced_features;
 pub mod sampler;
 
+pub use error::SettingsError;
+
 use crate::scene::Scene;
-use crate::settings::forced_features::General;
+use crate::settings::forced_features::ForcedFeatures;
 use crate::settings::sampler::Sampler;
 use std::str::FromStr;
 
@@ -111,6 +115,9 @@ impl FromStr for Origin {
 }
 
 /// Reads the least throughput of a ray, in [0, 1).
+///
+/// # Errors
+/// If it is no number or outside that range; says what to write.
 pub fn parse_cutoff(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(cutoff) if (0.0..1.0).contains(&cutoff) => Ok(cutoff),
@@ -223,7 +230,7 @@ pub struct Schedule {
     /// One kernel for the stages of a depth, as in long renders, where the plan has one.
     pub fused: Option<bool>,
     /// Features that kernels have although the scene lacks them.
-    pub general: General,
+    pub general: ForcedFeatures,
 }
 
 #[cfg(test)]

@@ -34,8 +34,7 @@ impl Instance {
     /// Loads Vulkan 1.2; with `validate`, under the validation layer with synchronisation validation.
     pub(super) fn new(validate: bool) -> Result<Instance, VkError> {
         // SAFETY: loads the system's Vulkan loader; its initialisers are trusted like any driver.
-        let entry = unsafe { ash::Entry::load() }
-            .map_err(|e| VkError::NoDevice(format!("no Vulkan loader ({e}): {INSTALL_HINT}")))?;
+        let entry = unsafe { ash::Entry::load() }.map_err(VkError::NoLoader)?;
         let application =
             vk::ApplicationInfo::default().application_name(c"whitted").api_version(vk::API_VERSION_1_2);
         let mut layers: Vec<*const c_char> = Vec::new();
@@ -179,7 +178,7 @@ impl Candidate {
         } else if self.queue_family.is_none() {
             Some("it has no compute queue".into())
         } else if !self.scalar_layout {
-            Some("it lacks scalarBlockLayout".into())
+            Some("it does not support scalarBlockLayout".into())
         } else if limits.max_per_stage_descriptor_storage_buffers < STORAGE_BUFFERS_PER_STAGE {
             Some(format!(
                 "it binds {} storage buffers at once, {STORAGE_BUFFERS_PER_STAGE} are needed",

@@ -1,21 +1,26 @@
 //! What can go wrong below, with the call and the object it happened to.
 
+use super::device::INSTALL_HINT;
 use ash::vk;
 
 /// A failed Vulkan call, or a missing device.
 #[derive(Debug, thiserror::Error)]
 pub enum VkError {
-    /// No loader, no driver, no usable device, or not the one asked for.
+    /// This machine has no Vulkan loader.
+    #[error("no Vulkan loader: {INSTALL_HINT}")]
+    NoLoader(#[source] ash::LoadingError),
+    /// No driver, no usable device, or not the one asked for.
     #[error("{0}")]
     NoDevice(String),
     /// A call failed.
-    #[error("{call} on {object}: {result}")]
+    #[error("{call} on {object}")]
     Call {
         /// The Vulkan command.
         call: &'static str,
         /// What it was for.
         object: String,
         /// What the driver answered.
+        #[source]
         result: vk::Result,
     },
     /// The device stopped answering.
@@ -37,7 +42,7 @@ pub enum VkError {
         room: u64,
     },
     /// The memory allocator refused.
-    #[error("cannot allocate {bytes} bytes for `{name}`: {source}")]
+    #[error("cannot allocate {bytes} bytes for `{name}`")]
     Memory {
         /// Buffer.
         name: String,

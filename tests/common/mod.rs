@@ -15,7 +15,7 @@ use whitted::plan::passes;
 use whitted::plan::{Plan, element_bytes, pack_for};
 use whitted::prepare::Packed;
 use whitted::reference::twin::single::Memory;
-use whitted::render::{Quiet, Rendered, Renderer};
+use whitted::render::{Rendered, Renderer};
 use whitted::scene::Scene;
 use whitted::settings::sampler::pcg4d;
 use whitted::settings::{DeviceChoice, Precision, Settings};
@@ -27,11 +27,11 @@ pub fn device() -> Rc<Device> {
 }
 
 pub fn renderer() -> Renderer {
-    Renderer::new(&DeviceChoice::Cpu, false).unwrap_or_else(|e| panic!("these tests need Vulkan: {e}"))
+    Renderer::new(&DeviceChoice::Cpu).unwrap_or_else(|e| panic!("these tests need Vulkan: {e}"))
 }
 
 pub fn render(renderer: &mut Renderer, scene: &Scene, settings: &Settings) -> Rendered {
-    let rendered = renderer.render(scene, settings, &mut Quiet).unwrap();
+    let rendered = renderer.render(scene, settings).unwrap();
     assert_eq!(rendered.done, 1.0);
     rendered
 }
@@ -47,7 +47,7 @@ pub fn scenes() -> Vec<(String, Scene)> {
     files.sort();
     assert!(files.len() >= 7, "scenes are missing: {files:?}");
     let name = |path: &PathBuf| path.file_stem().unwrap().to_str().unwrap().to_owned();
-    files.iter().map(|path| (name(path), whitted::scene::load(path).unwrap())).collect()
+    files.iter().map(|path| (name(path), Scene::load(path).unwrap())).collect()
 }
 
 /// A small version of the scene's own settings.

@@ -4,6 +4,7 @@ use crate::pages::{all, read};
 use clap::CommandFactory;
 use std::path::Path;
 use whitted::cli::args::Cli;
+use whitted::scene::Scene;
 
 /// True if `text` has `word` with nothing of a name before or behind it.
 fn names(text: &str, word: &str) -> bool {
@@ -100,7 +101,7 @@ fn keys_of(table: &str) -> Vec<String> {
         "[camera]" => format!("{camera}zzz = 1\n"),
         other => format!("{camera}{other}\nzzz = 1\n"),
     };
-    let error = whitted::scene::parse_str(&text, Path::new("a.toml")).expect_err("an unknown key");
+    let error = Scene::parse(&text, Path::new("a.toml")).expect_err("an unknown key");
     assert!(error.message.contains("zzz"), "{error}");
     error.remedy.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
@@ -124,7 +125,7 @@ fn the_scene_formats_example_is_a_scene() {
     let text = read("docs/scene-format.md");
     let mut examples = text.split("```toml\n").skip(1).filter_map(|t| t.split("```").next());
     let example = examples.next().expect("an example");
-    let scene = whitted::scene::parse_str(example, Path::new("docs/example.toml")).expect("a sound example");
+    let scene = Scene::parse(example, Path::new("docs/example.toml")).expect("a sound example");
     assert_eq!((scene.spheres.len(), scene.polygons.len(), scene.lights.len()), (1, 1, 1));
 }
 

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use whitted::reference::oracle::{Oracle, Sample};
-use whitted::scene::{Camera, Face, Fresnel, Light, Material, Mesh, Polygon, RenderDefaults, Scene, Sphere};
+use whitted::scene::{
+    Camera, Face, Fresnel, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
+};
 use whitted::settings::Settings;
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -44,6 +46,7 @@ pub fn clear(ior: f64) -> Material {
 pub fn scene() -> Scene {
     Scene {
         file: "".into(),
+        read_time: ReadTime::default(),
         camera: Camera {
             look_from: DVec3::ZERO,
             look_at: DVec3::Z,

@@ -2,34 +2,40 @@
 
 use super::{Bounded, Task};
 use crate::accuracy::budget;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
+use crate::image::{self, SaveError, View, linear_sha256};
 use crate::render::{Observer, ResumeState, Survey};
 use crate::report::{Report, TimeInfo};
+use std::path::Path;
 use std::time::Duration;
 
-/// An image with its error bound.
+/// An image with an upper bound on its error, in [`Report::error`].
 #[derive(Debug, Clone)]
-pub struct Known {
+pub struct BoundedImage {
     /// The samples; a row is as wide as the region rendered.
-    pub samples: Gathered,
+    #[doc(hidden)]
+    pub samples: PixelSums,
     /// Rows of the region rendered.
     pub height: u32,
     /// Greatest radiance of a ray in this scene.
+    #[doc(hidden)]
     pub limit: RadianceLimit,
-    /// Difference of each pixel from the same samples in f64; `None` unless all samples were compared.
+    /// Difference of each pixel's worst channel from the same samples in f64, rows from the top; `None` unless all
+    /// samples were compared.
     pub rounding: Option<Vec<f64>>,
     /// Confidence of the error bound, in (0, 1).
     pub confidence: f64,
-    /// The report; without an error bound if some pixels have no samples.
+    /// Everything that was counted, timed, asked for and reached; without an error bound if some pixels have no samples.
     pub report: Report,
-    /// Share of the pixels that have samples; 1 unless interrupted or short of time.
+    /// Share of the pixels that have samples; 1 unless cancelled or short of time.
     pub done: f64,
     /// True if sampled from coarse to fine, so that pixels without samples can be filled in.
     coarse: bool,
     /// True if it was cancelled.
     pub cancelled: bool,
-    /// The state for [`resume`](super::resume), if it was cancelled and can be resumed.
+    /// The state for [`Renderer::resume_bounded`](crate::Renderer::resume_bounded), if it was cancelled and can be
+    /// resumed.
     pub unfinished: Option<ResumeState<Bounded>>,
 }
 
@@ -89,8 +95,22 @@ impl std::str::FromStr for Layer {
     }
 }
 
-impl Known {
-    /// The image, linear RGB. Pixels without samples copy their nearest neighbour with samples if the image was
+impl BoundedImage {
+    /// Columns of the region rendered.
+    pub fn width(&self) -> u32 {
+        self.samples.width
+    }
+
+    /// Writes the image as [`Rendered::save`](crate::Rendered::save) does.
+    ///
+    /// # Errors
+    /// If the extension is none of `.png`, `.exr`, `.hdr`, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), SaveError> {
+        let view = View { width: self.width(), height: self.height, linear: &self.linear() };
+        image::save(path.as_ref(), view, &self.report, self.done)
+    }
+
+    /// The image, linear RGB, rows from the top. Pixels without samples copy their nearest neighbour with samples if the image was
     /// sampled from coarse to fine; otherwise they are black.
     pub fn linear(&self) -> Vec<[f32; 3]> {
         if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
@@ -114,7 +134,7 @@ impl Known {
 
 /// Samples of a render, with their times.
 pub(super) struct Image {
-    pub(super) samples: Gathered,
+    pub(super) samples: PixelSums,
     /// Rounding part, and the number of pixels with a sample whose path differs in f64.
     pub(super) rounding: Option<(f64, u64)>,
     pub(super) prepared: Duration,
@@ -127,7 +147,7 @@ pub(super) struct Image {
 
 impl Task<'_> {
     /// The image with its error bound; without one if pixels have no samples.
-    pub(super) fn known(self, image: Image, survey: &Survey) -> Known {
+    pub(super) fn known(self, image: Image, survey: &Survey) -> BoundedImage {
         let Image { samples, rounding, prepared, render, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
@@ -136,12 +156,15 @@ impl Task<'_> {
         let mean = traced as f64 / samples.samples.len().max(1) as f64;
         report.settings.samples = mean.round() as u32;
         report.settings.crop = self.settings.crop;
+        report.scene.file = self.scene.file.display().to_string();
+        let read = self.scene.read_time.0;
         report.time = TimeInfo {
+            wall: before.wall + (read + survey.built() + prepared + render).as_secs_f64(),
+            scene: before.scene + read.as_secs_f64(),
             build: before.build + survey.built().as_secs_f64(),
             first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
             device: report.passes.iter().map(|p| p.seconds).sum(),
             render: before.render + render.as_secs_f64(),
-            ..before
         };
         let done = samples.done();
         let confidence = self.request.confidence;
@@ -150,6 +173,19 @@ impl Task<'_> {
         let cancelled = self.observer.cancelled();
         let limit = self.limit;
         let (rounding, unfinished) = (None, None);
-        Known { samples, height, limit, rounding, confidence, report, done, coarse, cancelled, unfinished }
+        let mut image = BoundedImage {
+            samples,
+            height,
+            limit,
+            rounding,
+            confidence,
+            report,
+            done,
+            coarse,
+            cancelled,
+            unfinished,
+        };
+        image.report.image.linear_sha256 = linear_sha256(&image.linear());
+        image
     }
 }

@@ -1,11 +1,11 @@
 //! `--budget`: the settings as they are, and what error they leave.
 
 use super::Task;
-use super::bounded_image::{Image, Known};
+use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Stage, options};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
@@ -14,7 +14,10 @@ use std::time::Instant;
 
 impl Task<'_> {
     /// All samples of all pixels, and the same again in f64 where the device has it.
-    pub(super) fn fixed(mut self, earlier: Option<ResumeState<Bounded>>) -> Result<Known, RenderError> {
+    pub(super) fn fixed(
+        mut self,
+        earlier: Option<ResumeState<Bounded>>,
+    ) -> Result<BoundedImage, RenderError> {
         let settings = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
         let identity = survey.identity(&settings, options(&self.request));
@@ -27,7 +30,7 @@ impl Task<'_> {
         };
         let mut images = images.into_iter();
         let region = Region::of(&settings);
-        let nothing = || Gathered::new(region.width, region.height, settings.replicates as usize);
+        let nothing = || PixelSums::new(region.width, region.height, settings.replicates as usize);
         let (mut image, mut truth) =
             (images.next().unwrap_or_else(nothing), images.next().unwrap_or_else(nothing));
 
@@ -70,7 +73,7 @@ impl Task<'_> {
         &mut self,
         survey: &mut Survey,
         settings: &Settings,
-        gathered: &mut Gathered,
+        gathered: &mut PixelSums,
     ) -> Result<(), RenderError> {
         let region = Region::of(settings);
         let first = gathered.samples.iter().take_while(|n| **n > 0).count() as u32;

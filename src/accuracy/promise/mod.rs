@@ -1,5 +1,5 @@
-//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or in a given time
-//! (`--time`).
+//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or
+//! in a given time (`--time`).
 //!
 //! ```text
 //! truncation_choice ─ depth and cutoff, from a survey of a few pixels
@@ -17,23 +17,23 @@ mod truncation_choice;
 mod until_error;
 mod until_time;
 
-pub use bounded_image::{Known, Layer};
+pub use bounded_image::{BoundedImage, Layer};
 pub use resume_state::Bounded;
 pub use until_time::LATE;
 
 use super::radiance_bound::{RadianceLimit, radiance_limit};
-use crate::render::{Mismatch, Observer, RenderError, Renderer, ResumeState};
+use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
-use crate::settings::Settings;
-use monotone_progress::Forward;
-use std::time::Instant;
+use crate::settings::{Settings, SettingsError};
+use monotone_progress::MonotoneProgress;
+use std::time::{Duration, Instant};
 
 /// Target of a render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// The given settings; the error is only measured.
+    /// The given settings; the error is only bounded.
     Settings,
-    /// At most this RMSE.
+    /// An RMSE of at most this, in linear light clamped to [0, 1].
     Error(f64),
     /// The least error within this time.
     Time {
@@ -46,7 +46,7 @@ pub enum Target {
     },
 }
 
-/// A request: target, confidence, and which settings may be chosen.
+/// What is asked of a bounded image: target, confidence, and which settings may be chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
     /// Target.
@@ -57,6 +57,40 @@ pub struct Request {
     pub keep_depth: bool,
     /// True to keep the precision of the settings, false to choose it.
     pub keep_precision: bool,
+}
+
+impl Request {
+    /// An RMSE of at most `error` with 95 % confidence; depth, precision and samples are chosen.
+    pub fn error(error: f64) -> Request {
+        Request::new(Target::Error(error))
+    }
+
+    /// The least error in `time` from now on, with 95 % confidence; depth, precision and samples are chosen.
+    pub fn time(time: Duration) -> Request {
+        Request::new(Target::Time { seconds: time.as_secs_f64(), from: Instant::now(), layers: 0 })
+    }
+
+    /// The settings as they are, and a bound on the error that they leave, with 95 % confidence.
+    pub fn settings() -> Request {
+        Request::new(Target::Settings)
+    }
+
+    fn new(target: Target) -> Request {
+        Request { target, confidence: 0.95, keep_depth: false, keep_precision: false }
+    }
+
+    /// Checks that confidence, error and time are in their ranges.
+    fn check(&self) -> Result<(), SettingsError> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        match self.target {
+            _ if !(self.confidence > 0.0 && self.confidence < 1.0) => {
+                Err(SettingsError::Confidence(self.confidence))
+            }
+            Target::Error(error) if !positive(error) => Err(SettingsError::Error(error)),
+            Target::Time { seconds, .. } if !positive(seconds) => Err(SettingsError::Time(seconds)),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Replicates of adaptive sampling. Few, since larger sets of samples are spread more evenly; at least three, so
@@ -74,45 +108,95 @@ struct Task<'a> {
     settings: Settings,
     request: Request,
     limit: RadianceLimit,
-    observer: Forward<'a>,
+    observer: MonotoneProgress<'a>,
 }
 
-/// Renders `scene` for `request`. If cancelled, returns the image so far.
-///
-/// # Errors
-/// As [`Renderer::render`].
-pub fn render(
-    renderer: &mut Renderer,
-    scene: &Scene,
-    settings: &Settings,
-    request: &Request,
-    observer: &mut dyn Observer,
-) -> Result<Known, RenderError> {
-    resume(renderer, scene, settings, request, None, observer)
-}
-
-/// Continues an earlier, interrupted render; image and error are the same, bit for bit, as without the interruption. A
-/// render with a time target cannot be continued.
-///
-/// # Errors
-/// As [`render()`]; also if `earlier` belongs to another request, scene, device or program.
-pub fn resume(
-    renderer: &mut Renderer,
-    scene: &Scene,
-    settings: &Settings,
-    request: &Request,
-    earlier: Option<ResumeState<Bounded>>,
-    observer: &mut dyn Observer,
-) -> Result<Known, RenderError> {
-    let limit = radiance_limit(scene);
-    let observer = Forward::new(observer);
-    let task = Task { renderer, scene, settings: settings.clone(), request: *request, limit, observer };
-    match request.target {
-        Target::Settings => task.fixed(earlier),
-        Target::Error(target) => task.until_error(target, earlier),
-        Target::Time { .. } if earlier.is_some() => {
-            Err(Mismatch("a render with --time goes on from no other".into()).into())
-        }
-        Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
+impl Renderer {
+    /// Renders `scene` to what `request` asks, and bounds the image's error.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`]; also [`RenderError::Settings`] if the request is outside its ranges, or the settings
+    /// are to be kept and have one sample a pixel. A target that cannot be reached is no error: the report says so in
+    /// `asked`.
+    pub fn render_bounded(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        request: &Request,
+    ) -> Result<BoundedImage, RenderError> {
+        self.render_bounded_with(scene, settings, request, &mut Quiet)
     }
+
+    /// As [`Renderer::render_bounded`], under an observer. A cancelled render gives what there is.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_bounded`].
+    pub fn render_bounded_with(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        request: &Request,
+        observer: &mut dyn Observer,
+    ) -> Result<BoundedImage, RenderError> {
+        self.finish_bounded(scene, settings, request, None, observer)
+    }
+
+    /// Renders what an earlier, interrupted render left; image and error are the same, bit for bit, as if it had not
+    /// been interrupted. A render for a time cannot be resumed.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_bounded`]; also [`RenderError::Mismatch`] if `earlier` is of another request, scene,
+    /// device or program.
+    pub fn resume_bounded(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        request: &Request,
+        earlier: ResumeState<Bounded>,
+        observer: &mut dyn Observer,
+    ) -> Result<BoundedImage, RenderError> {
+        self.finish_bounded(scene, settings, request, Some(earlier), observer)
+    }
+
+    fn finish_bounded(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        request: &Request,
+        earlier: Option<ResumeState<Bounded>>,
+        observer: &mut dyn Observer,
+    ) -> Result<BoundedImage, RenderError> {
+        let limit = radiance_limit(scene);
+        let observer = MonotoneProgress::new(observer);
+        let mut settings = settings.clone();
+        settings.check()?;
+        request.check()?;
+        if request.target == Target::Settings {
+            let samples = settings.samples;
+            if settings.replicates < 2 {
+                settings.replicates = replicates(samples, REPLICATES);
+            }
+            if settings.replicates < 2 || !samples.is_multiple_of(settings.replicates) {
+                return Err(SettingsError::Replicates(settings.replicates, samples).into());
+            }
+        }
+        let task = Task { renderer: self, scene, settings, request: *request, limit, observer };
+        let mut image = match request.target {
+            Target::Settings => task.fixed(earlier),
+            Target::Error(target) => task.until_error(target, earlier),
+            Target::Time { .. } if earlier.is_some() => {
+                return Err(Mismatch("a render with --time goes on from no other".into()).into());
+            }
+            Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
+        }?;
+        if let Some(unfinished) = &mut image.unfinished {
+            unfinished.time = image.report.time.clone();
+        }
+        Ok(image)
+    }
+}
+
+/// Replicates for `samples` samples of a pixel: the largest number up to `most` that divides them; of a prime, all.
+pub(crate) fn replicates(samples: u32, most: u32) -> u32 {
+    (2..=most.min(samples)).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples)
 }

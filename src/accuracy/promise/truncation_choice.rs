@@ -126,7 +126,7 @@ fn ladder(
             Ok(Some(rung)) => rungs.push(rung),
             Ok(None) => break,
             // One sample's rays outgrew the queue: deeper ones would all the more.
-            Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
+            Err(error) if error.does_not_fit() && !rungs.is_empty() => break,
             Err(error) => return Err(error),
         }
         let last = &rungs[rungs.len() - 1];
@@ -169,7 +169,8 @@ pub(super) fn for_error(
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
             match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), cuts.last())) {
                 Ok(Some(cut)) => cuts.push(cut),
-                Ok(None) | Err(RenderError::DoesNotFit(_)) => break,
+                Ok(None) => break,
+                Err(error) if error.does_not_fit() => break,
                 Err(error) => return Err(error),
             }
             if tracing.observer.cancelled() {
@@ -222,7 +223,7 @@ pub(super) fn for_time(
         let rung = match seen {
             Ok(Some(rung)) => rung,
             Ok(None) => break,
-            Err(RenderError::DoesNotFit(_)) if !rungs.is_empty() => break,
+            Err(error) if error.does_not_fit() && !rungs.is_empty() => break,
             Err(error) => return Err(error),
         };
         let rays = rung.rays * f64::from(tracing.region.spread(pixels).len() as u32 * REPLICATES);

@@ -1,6 +1,6 @@
 //! `--error`: the cheapest samples, depth and precision whose three parts come to the error asked for.
 
-use super::bounded_image::{Image, Known};
+use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Chosen, Stage, options};
 use super::rounding::Rounded;
 use super::traced::{Region, Tracing};
@@ -34,7 +34,7 @@ impl Task<'_> {
         mut self,
         target: f64,
         earlier: Option<ResumeState<Bounded>>,
-    ) -> Result<Known, RenderError> {
+    ) -> Result<BoundedImage, RenderError> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
         let asked = self.settings.clone();

@@ -4,13 +4,13 @@
 //! ends by it (`Survey::finish_by`), and nothing that was traced by then is lost: pixels come from coarse to
 //! fine, and steps may be cut anywhere.
 
-use super::bounded_image::{Image, Known};
+use super::bounded_image::{BoundedImage, Image};
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, Cut};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, Survey};
@@ -70,7 +70,7 @@ impl Task<'_> {
         seconds: f64,
         from: Instant,
         layers: u32,
-    ) -> Result<Known, RenderError> {
+    ) -> Result<BoundedImage, RenderError> {
         self.observer.by_clock(from, seconds);
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
@@ -78,7 +78,7 @@ impl Task<'_> {
         let start = Instant::now();
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let black = Gathered::new(region.width, region.height, REPLICATES as usize);
+        let black = PixelSums::new(region.width, region.height, REPLICATES as usize);
         let reserve = closing + output_seconds(&black, &self, layers);
         let mut clock = Clock { from, seconds, reserve };
 
@@ -207,7 +207,7 @@ impl Task<'_> {
 }
 
 /// Seconds that it takes to make, paint and write the image, from doing it with the samples there are.
-fn output_seconds(image: &Gathered, task: &Task<'_>, layers: u32) -> f64 {
+fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
     let clock = Instant::now();
     let linear = image.filled();
     let height = linear.len() as u32 / image.width.max(1);

@@ -12,7 +12,8 @@ Pictures:
   depth_STEM_1 to _4          the same for the sibling scene
   final_STEM                  the scene at its own settings, and its sibling if there is one:
                               STEM_glass.toml beside STEM.toml, or the reverse
-  contact_sheet.png           all pictures, with samples, depth, time and rays
+  contact_sheet.png           all pictures, with samples, depth, time and rays, and enlarged below each
+                              the parts in which neighbours in its row differ most
   gallery.json                the report of each picture
 
 Samples are independent (as with `whitted render --sampler random`), so only the counts differ.

@@ -1,7 +1,6 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
-use super::load;
-use crate::accuracy::promise::{self, Known, Layer, Request, Target};
+use crate::accuracy::promise::{self, BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
@@ -10,6 +9,7 @@ use crate::cli::progress::{self, Progress, Style};
 use crate::cli::state::StateFile;
 use crate::image::{Format, Metadata, heat};
 use crate::render::{Rendered, Renderer};
+use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -18,7 +18,8 @@ use std::time::Instant;
 
 /// Default number of replicates, at most: few, since larger sets of samples are spread more evenly.
 const REPLICATES: u32 = 4;
-/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their confidence.
+/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their
+/// confidence.
 const REPLICATES_OF_PIXELS: u32 = 16;
 
 /// True if any option concerns the image's error.
@@ -62,13 +63,14 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     })
 }
 
-/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if there is none.
+/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if
+/// there is none.
 fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failure> {
     match asked {
         Some(r) if samples.is_multiple_of(r) => Ok(r),
         Some(r) => Err(Failure::Usage(format!("--replicates {r} does not divide --samples {samples}"))),
         None if most == 1 => Ok(1),
-        None => Ok((2..=most.min(samples)).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples)),
+        None => Ok(promise::replicates(samples, most)),
     }
 }
 
@@ -84,24 +86,27 @@ pub(super) fn run(
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
-    let (scene, scene_seconds) = load(&args.scene)?;
+    let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
+    let scene = Scene::load(&args.scene)?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, &mut settings, started)?;
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
+    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
     let label = match request.target {
         Target::Settings => "rendering".to_owned(),
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
-    let known = promise::resume(&mut renderer, &scene, &settings, &request, earlier, &mut progress);
+    let known = match earlier {
+        Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, &mut progress),
+        None => renderer.render_bounded_with(&scene, &settings, &request, &mut progress),
+    };
     drop(progress);
     let mut known = known.map_err(|error| match &state {
         Some(state) => state.explain(error),
         None => error.into(),
     })?;
-    known.report.time.scene += scene_seconds;
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
     let channels: Vec<(&str, Vec<f32>)> = layers
@@ -117,7 +122,7 @@ pub(super) fn run(
         report: known.report,
         unfinished: None,
     };
-    let report = Deliver { args, format, channels: &channels }.deliver(rendered, started, console)?;
+    let report = Deliver { args, format, channels: &channels, before }.deliver(rendered, started, console)?;
     let file = &report.image.file;
     say_layers(&names, console);
     delivery::validated(&renderer.validation_messages(), console)?;
@@ -143,7 +148,7 @@ pub(super) fn run(
 fn paint(
     args: &RenderArgs,
     format: Format,
-    known: &Known,
+    known: &BoundedImage,
     layers: &[(Layer, Vec<f64>)],
 ) -> Result<Vec<PathBuf>, Failure> {
     let (Output::File(path, _), false) = (&args.output, format == Format::Exr) else { return Ok(Vec::new()) };

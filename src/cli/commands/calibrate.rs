@@ -1,6 +1,6 @@
 //! `whitted calibrate`.
 
-use super::{command_line, load};
+use super::command_line;
 use crate::atomic_file;
 use crate::cli::args::{CalibrateArgs, Promise};
 use crate::cli::console::{Console, print};
@@ -25,7 +25,7 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     let scenes = scenes(&args.scenes)?;
     let plan = plan(args);
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let mut renderer = Renderer::new(&args.device.choice())?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut bar = Progress::new(style, "calibrating");
     let mut say = |name: &str| {
@@ -85,7 +85,7 @@ fn scenes(named: &[PathBuf]) -> Result<Vec<(String, Scene)>, Failure> {
     }
     let read = |path: &PathBuf| {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Ok((name, load(path)?.0))
+        Ok::<_, Failure>((name, Scene::load(path)?))
     };
     files.iter().map(read).collect()
 }

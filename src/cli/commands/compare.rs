@@ -8,7 +8,7 @@ use crate::cli::failure::Failure;
 use crate::compare::flip;
 use crate::compare::metrics::{self, Metrics, pixel_error};
 use crate::image::heat::{self, Range};
-use crate::image::{Metadata, Picture, read};
+use crate::image::{Metadata, Picture};
 use crate::report::ProgramInfo;
 use crate::report::table::{Align, Table};
 use crate::units::{grouped, number};
@@ -134,7 +134,7 @@ fn check(args: &CompareArgs) -> Result<(), Failure> {
 
 /// Reads a picture that has a number in every channel.
 fn load(path: &Path) -> Result<Picture, Failure> {
-    let picture = read(path).map_err(anyhow::Error::from)?;
+    let picture = Picture::read(path).map_err(anyhow::Error::from)?;
     let is_bad = |p: &[f32; 3]| p.iter().any(|c| c.is_nan());
     if let Some(first) = picture.linear.iter().position(is_bad) {
         let count = picture.linear.iter().filter(|p| is_bad(p)).count();

@@ -1,17 +1,16 @@
 //! `whitted gallery`.
 
-use super::load;
 use crate::atomic_file;
 use crate::cli::args::GalleryArgs;
 use crate::cli::console::Console;
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
-use crate::image::{Bits, Format, Metadata, View, linear_sha256};
+use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::gallery::{self, Cell, Picture, Section, Sheet, Subject};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::report::Report;
-use crate::report::table;
+use crate::report::text;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::units::{plural, seconds, short};
@@ -34,10 +33,10 @@ pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Resul
     let subjects = subjects(&args.scene)?;
     prepare(&args.output)?;
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let mut renderer = Renderer::new(&args.device.choice())?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut draw = |scene: &Scene, settings: &Settings, name: &str| {
-        renderer.render(scene, settings, &mut Progress::new(style, name))
+        renderer.render_with(scene, settings, &mut Progress::new(style, name))
     };
     make(args, &subjects, &mut draw, started, console)
 }
@@ -45,9 +44,9 @@ pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Resul
 /// The scene and, if there is one, its sibling.
 fn subjects(path: &Path) -> Result<Vec<Subject>, Failure> {
     let subject = |path: &Path| {
-        let (scene, seconds) = load(path)?;
+        let scene = Scene::load(path)?;
         let name = path.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
-        Ok::<_, Failure>(Subject { file: path.to_owned(), name, scene, seconds })
+        Ok::<_, Failure>(Subject { name, scene })
     };
     let mut subjects = vec![subject(path)?];
     if let Some(sibling) = gallery::sibling(path) {
@@ -88,11 +87,11 @@ fn make(
                     args.output.display(),
                 )));
             }
-            save(&args.output, picture, subject, &mut rendered, started)?;
+            save(&args.output, picture, &mut rendered, started)?;
             if console.is_verbose() {
-                console.say(&table::report(&rendered.report));
+                console.say(&text::report(&rendered.report));
             }
-            console.say(&table::summary(&rendered.report));
+            console.say(&text::summary(&rendered.report));
             let named = (row.name == "final").then_some(subject.name.as_str());
             cells.push(cell(&rendered, named));
             entries.push(Entry { row: row.name, report: rendered.report });
@@ -112,19 +111,10 @@ fn make(
 }
 
 /// Completes the report and writes the picture.
-fn save(
-    folder: &Path,
-    picture: &Picture,
-    subject: &Subject,
-    rendered: &mut Rendered,
-    started: Instant,
-) -> Result<(), Failure> {
+fn save(folder: &Path, picture: &Picture, rendered: &mut Rendered, started: Instant) -> Result<(), Failure> {
     let path = folder.join(format!("{}.png", picture.name));
     let report = &mut rendered.report;
-    report.scene.file = subject.file.display().to_string();
     report.image.file = path.display().to_string();
-    report.image.linear_sha256 = linear_sha256(&rendered.linear);
-    report.time.scene = subject.seconds;
     report.time.wall = started.elapsed().as_secs_f64();
     let metadata = Metadata::of(&rendered.report, rendered.done);
     let view = view(rendered);

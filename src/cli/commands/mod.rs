@@ -16,8 +16,6 @@ pub mod sweep;
 use crate::cli::args::{Cli, Command, Verbosity};
 use crate::cli::console::Console;
 use crate::cli::failure::Failure;
-use crate::scene::{self, Scene};
-use std::path::Path;
 use std::time::Instant;
 
 /// Runs one command; `started` is when the process did.
@@ -47,11 +45,4 @@ fn command_line() -> String {
         .chain(std::env::args().skip(1).map(quoted))
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// Reads a scene; also the seconds that took.
-fn load(path: &Path) -> Result<(Scene, f64), Failure> {
-    let start = Instant::now();
-    let scene = scene::load(path).map_err(|error| Failure::Scene(error.to_string()))?;
-    Ok((scene, start.elapsed().as_secs_f64()))
 }

@@ -1,6 +1,5 @@
 //! `whitted plan`.
 
-use super::load;
 use crate::atomic_file;
 use crate::cli::args::PlanArgs;
 use crate::cli::console::{self, Console};
@@ -13,8 +12,9 @@ use crate::plan::{Plan, Purpose};
 use crate::prepare::Packed;
 use crate::render::{Prepared, RenderError, Renderer, Trial};
 use crate::report::Report;
-use crate::report::explain::{self, Outline, Refused};
+use crate::report::explain::{self, ExplainedPlan, Refused};
 use crate::report::prediction::Prediction;
+use crate::scene::Scene;
 use crate::settings::Settings;
 use anyhow::Context;
 use std::path::Path;
@@ -25,10 +25,11 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let earlier = args.from.as_deref().map(report).transpose()?;
-    let (scene, scene_seconds) = load(&args.scene)?;
+    let scene = Scene::load(&args.scene)?;
+    let scene_seconds = scene.read_time.0.as_secs_f64();
     let asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let mut renderer = Renderer::new(&args.device.choice())?;
     let file = args.scene.display().to_string();
     let built = renderer.build(&scene, &asked, Purpose::Image)?;
     let (mut outline, warnings) = (renderer.explain(&built, &file), built.warnings().to_vec());
@@ -64,7 +65,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             };
         }
     }
-    outline.refused = failure.as_ref().map(|f| Refused { message: f.to_string(), exit_code: f.exit_code() });
+    outline.refused = failure.as_ref().map(|f| Refused { message: f.message(), exit_code: f.exit_code() });
     tell(args, &outline, console)?;
     for warning in warnings {
         console.say(&format!("warning: {warning}"));
@@ -81,7 +82,7 @@ fn report(path: &Path) -> Result<Report, Failure> {
 }
 
 /// Rejects a report of another device, scene or precision.
-fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure> {
+fn check(report: &Report, now: &ExplainedPlan, packed: &Packed) -> Result<(), Failure> {
     let counts = [packed.found.triangles, packed.found.spheres, packed.found.lights];
     let then = [report.scene.triangles, report.scene.spheres, report.scene.lights];
     let differs = if report.device.name != now.device.name {
@@ -126,7 +127,7 @@ pub(super) fn trial(prepared: &mut Prepared, progress: &mut Progress) -> Result<
     Ok(time)
 }
 
-fn tell(args: &PlanArgs, outline: &Outline, console: &mut Console) -> Result<(), Failure> {
+fn tell(args: &PlanArgs, outline: &ExplainedPlan, console: &mut Console) -> Result<(), Failure> {
     let text = explain::text(outline);
     match &args.json {
         Some(path) if path.as_os_str() == "-" => {

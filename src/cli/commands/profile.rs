@@ -1,20 +1,19 @@
 //! `whitted profile`.
 
-use super::load;
 use crate::atomic_file;
 use crate::cli::args::{ProfileArgs, Size};
 use crate::cli::console::{self, Console};
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
-use crate::image::{Bits, Format, Metadata, View, linear_sha256};
+use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::profile::{self, Profile};
 use crate::plan::Plan;
 use crate::plan::{memory_traffic, passes};
 use crate::render::{Prepared, Rendered, Renderer};
 use crate::report::Report;
-use crate::report::table;
-use crate::report::timeline::{self, Dispatched, FrameTrace, Phase, Submit};
+use crate::report::text;
+use crate::report::timeline::{self, Dispatched, Phase, RenderTimeline, Submit};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use anyhow::{Context, anyhow};
@@ -25,23 +24,23 @@ use std::time::Instant;
 pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     check(args)?;
     let begin = Instant::now();
-    let (scene, scene_seconds) = load(&args.scene)?;
+    let scene = Scene::load(&args.scene)?;
     let mut phases = vec![Phase::since("parse scene", begin)];
     let settings = settings(args, &scene);
     progress::catch_interrupts()?;
     let begin = Instant::now();
-    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let mut renderer = Renderer::new(&args.device.choice())?;
     phases.push(Phase::since("open device", begin));
 
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut prepared = renderer.prepare(&scene, &settings)?;
     let mut draw = |prepared: &mut Prepared, name: &str| {
         let begin = Instant::now();
-        let rendered = prepared.render(None, &mut Progress::new(style, name))?;
+        let rendered = prepared.render_with(&mut Progress::new(style, name))?;
         if rendered.done < 1.0 {
             return Err(Failure::Interrupted("interrupted: no profile".into()));
         }
-        let FrameTrace { phases: inner, submits } = prepared.take_trace();
+        let RenderTimeline { phases: inner, submits } = prepared.take_timeline();
         phases.push(Phase::since(name, begin));
         phases.extend(inner);
         Ok::<_, Failure>((rendered, submits))
@@ -63,9 +62,6 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
     let mut profile = Profile::new(&runs, &first.report.time, &plan, precision)
         .ok_or_else(|| anyhow!("the device reported times that are not numbers"))?;
     let report = &mut profile.report;
-    report.scene.file = args.scene.display().to_string();
-    report.image.linear_sha256 = linear_sha256(&first.linear);
-    report.time.scene += scene_seconds;
     report.time.wall = started.elapsed().as_secs_f64();
     tell(args, &profile, console)
 }
@@ -123,8 +119,8 @@ fn write_trace(
 }
 
 fn tell(args: &ProfileArgs, profile: &Profile, console: &mut Console) -> Result<(), Failure> {
-    let text = table::about(&profile.report) + "\n" + &profile::text(profile);
-    for line in table::warnings(&profile.report) {
+    let text = text::about(&profile.report) + "\n" + &profile::text(profile);
+    for line in text::warnings(&profile.report) {
         console.say(&line);
     }
     match &args.json {

@@ -1,7 +1,7 @@
 //! `whitted render`.
 
 use super::bounded_image;
-use super::{load, plan};
+use super::plan;
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{Deliver, settings, validated, writable};
@@ -12,8 +12,9 @@ use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
 use crate::render::{Renderer, ResumeState, Tiles};
 use crate::report::Report;
-use crate::report::explain::Outline;
+use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
+use crate::scene::Scene;
 use std::io::{self, IsTerminal};
 use std::time::Instant;
 
@@ -28,29 +29,32 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
-    let (scene, scene_seconds) = load(&args.scene)?;
+    let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
+    let scene = Scene::load(&args.scene)?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), args.validate)?;
+    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
         true => {
             let time = plan::trial(&mut prepared, &mut Progress::new(style, "trial"))?;
             let outline = prepared.explain(&args.scene.display().to_string());
-            Some(Outline { time: Some(time), ..outline })
+            Some(ExplainedPlan { time: Some(time), ..outline })
         }
         false => None,
     };
     let mut progress = Progress::new(style, "rendering");
-    let rendered = prepared.render(earlier, &mut progress);
+    let rendered = match earlier {
+        Some(earlier) => prepared.resume(earlier, &mut progress),
+        None => prepared.render_with(&mut progress),
+    };
     drop(progress);
     let mut rendered = rendered.map_err(|error| match &state {
         Some(state) => state.explain(error),
         None => error.into(),
     })?;
-    rendered.report.time.scene += scene_seconds;
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {
@@ -73,7 +77,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
-    let report = Deliver { args, format, channels: &[] }.deliver(rendered, started, console)?;
+    let report = Deliver { args, format, channels: &[], before }.deliver(rendered, started, console)?;
     if done < 1.0 {
         return Err(interrupted(&report, done, unfinished, state)?);
     }

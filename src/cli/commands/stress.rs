@@ -52,7 +52,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
     }
     progress::catch_interrupts()?;
     let choice = args.device.device.clone().unwrap_or(DeviceChoice::Best);
-    let mut renderer = Renderer::new(&choice, args.validate)?;
+    let mut renderer = Renderer::open(&choice, args.validate)?;
     let mut report = StressReport {
         device: renderer.device().info(),
         precision: args.precision.name(),

@@ -1,6 +1,6 @@
 //! `whitted sweep`.
 
-use super::{command_line, load};
+use super::command_line;
 use crate::cli::args::{Size, SweepArgs};
 use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
@@ -9,19 +9,20 @@ use crate::lab::sweep::axes::{Axis, Value, grid};
 use crate::lab::sweep::{Plan, Record, SweepError, Watch, run as sweep};
 use crate::render::{Observer, Renderer};
 use crate::report::table::{Align, Table};
+use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use crate::units::{figure, seconds};
 use anyhow::Context;
 
 /// Runs a sweep and prints the Pareto front.
 pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
-    let (scene, _) = load(&args.scene)?;
+    let scene = Scene::load(&args.scene)?;
     // The grid is checked before the device is opened: a mistake in it costs nothing.
     grid(&scene, &args.over).map_err(Failure::Usage)?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("cannot make the folder {}", args.output.display()))?;
     progress::catch_interrupts()?;
-    let mut renderer = Renderer::new(&args.device.choice(), false)?;
+    let mut renderer = Renderer::new(&args.device.choice())?;
     let axes = within(&args.over, renderer.device().has_double(), console);
     let points = grid(&scene, &axes).map_err(Failure::Usage)?;
     let mut base = Settings::of(&scene);

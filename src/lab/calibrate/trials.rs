@@ -1,9 +1,10 @@
-//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is compared with.
+//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is
+//! compared with.
 
-use super::share::Share;
+use super::coverage::Coverage;
 use super::truth::Truth;
-use crate::accuracy::pixel_sums::Gathered;
-use crate::accuracy::promise::{self, Known, Request, Target};
+use crate::accuracy::pixel_sums::PixelSums;
+use crate::accuracy::promise::{BoundedImage, Request, Target};
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -37,7 +38,7 @@ pub struct BudgetTrial {
 
 impl BudgetTrial {
     /// Compares an image with both truths.
-    pub fn of(known: &Known, seed: u32, truth: &Truth, same_depth: &Truth) -> BudgetTrial {
+    pub fn of(known: &BoundedImage, seed: u32, truth: &Truth, same_depth: &Truth) -> BudgetTrial {
         let stated = known.report.error.clone().unwrap_or_default();
         BudgetTrial {
             seed,
@@ -139,12 +140,12 @@ impl Bench<'_> {
         replicates: u32,
         target: Target,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Known>, RenderError> {
+    ) -> Result<Option<BoundedImage>, RenderError> {
         let settings = Settings { seed, samples, replicates, ..self.settings.clone() };
         let fixed = target == Target::Settings;
         let request =
             Request { target, confidence: self.confidence, keep_depth: fixed, keep_precision: fixed };
-        let known = promise::render(self.renderer, self.scene, &settings, &request, observer)?;
+        let known = self.renderer.render_bounded_with(self.scene, &settings, &request, observer)?;
         Ok((!known.cancelled && known.done == 1.0).then_some(known))
     }
 
@@ -154,7 +155,7 @@ impl Bench<'_> {
         seed: u32,
         samples: u32,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Known>, RenderError> {
+    ) -> Result<Option<BoundedImage>, RenderError> {
         let most = BUDGET_REPLICATES.min(samples);
         let replicates = (2..=most).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples);
         self.render(seed, samples, replicates, Target::Settings, observer)
@@ -167,7 +168,7 @@ impl Bench<'_> {
         samples: u32,
         truth: &Truth,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Share>, RenderError> {
+    ) -> Result<Option<Coverage>, RenderError> {
         let settings = Settings { seed, replicates: PIXEL_REPLICATES, ..self.settings.clone() };
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
         let image = whole(&mut survey, 0..samples, observer)?;
@@ -179,7 +180,7 @@ impl Bench<'_> {
             intervals[widest].holds(truth.pixels[at][widest])
         };
         let edge = |at: &usize| image.marks[*at].hash_least != image.marks[*at].hash_most;
-        Ok(Some(Share::of((0..image.samples.len()).filter(edge).map(held))))
+        Ok(Some(Coverage::of((0..image.samples.len()).filter(edge).map(held))))
     }
 
     /// Renders with `--error`; `None` if cancelled.
@@ -246,7 +247,7 @@ impl Bench<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<Vec<f64>>, RenderError> {
         let mut survey = Survey::new(self.renderer, self.scene, settings)?;
-        let mut image = Gathered::new(settings.width, settings.height, 1);
+        let mut image = PixelSums::new(settings.width, settings.height, 1);
         let places: Vec<u32> = (0..settings.width * settings.height).collect();
         let (mut errors, mut done, mut below) = (Vec::new(), 0, 0);
         for count in counts() {
@@ -296,10 +297,10 @@ fn whole(
     survey: &mut Survey,
     samples: std::ops::Range<u32>,
     observer: &mut dyn Observer,
-) -> Result<Option<Gathered>, RenderError> {
+) -> Result<Option<PixelSums>, RenderError> {
     let Settings { width, height, replicates, .. } = *survey.settings();
     let places: Vec<u32> = (0..width * height).collect();
-    let mut image = Gathered::new(width, height, replicates as usize);
+    let mut image = PixelSums::new(width, height, replicates as usize);
     let traced = survey.trace(&places, samples.clone(), observer)?;
     if traced.marks.len() < places.len() || observer.cancelled() {
         return Ok(None);

@@ -1,13 +1,13 @@
 use super::*;
 use crate::plan::{Limits, pack_for};
 use crate::report::{DepthInfo, RayInfo};
-use crate::scene;
+use crate::scene::Scene;
 use crate::settings::Settings;
 use std::path::Path;
 
 fn plan() -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
-    let scene = scene::load(&path).expect("a scene");
+    let scene = Scene::load(&path).expect("a scene");
     let settings = Settings::of(&scene);
     Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }

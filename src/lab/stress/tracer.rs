@@ -1,4 +1,4 @@
-//! What a case runs on: a Vulkan device, or the CPU twins of its kernels.
+//! Tracers for cases: a Vulkan device, or the CPU twins of its kernels.
 
 use crate::kernel::abi;
 use crate::lab::probe::{ProbeRay, Probed, probe_twins};
@@ -6,17 +6,17 @@ use crate::plan::{Limits, PlannedScene};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
 use crate::reference::twin;
-use crate::render::{Quiet, RenderError, Renderer};
+use crate::render::{RenderError, Renderer};
 use crate::report::{Counters, DepthInfo, RayInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// An image and what was counted.
+/// An image with its counters.
 #[derive(Debug, Clone)]
 pub struct Picture {
     /// Rows from the top, linear RGB.
     pub linear: Vec<[f32; 3]>,
-    /// What ought to be zero.
+    /// Counts of numerical faults.
     pub counters: Counters,
     /// Rays traced.
     pub rays: RayInfo,
@@ -29,9 +29,10 @@ pub trait Tracer {
     /// Traces `rays` against `scene` and spawns their children.
     fn probe(&mut self, scene: &Scene, settings: &Settings, rays: &[ProbeRay])
     -> Result<Probed, RenderError>;
-    /// Tests every primitive (`true`), walks the hierarchy (`false`), or chooses by the scene's size.
+    /// Forces brute force (`true`) or the hierarchy (`false`); `None` chooses by the number of
+    /// primitives.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
-    /// The frame that the kernels see `scene` in.
+    /// The local frame of `scene` in the kernels.
     fn frame(&self, scene: &Scene) -> LocalFrame {
         LocalFrame::of(scene)
     }
@@ -39,7 +40,7 @@ pub trait Tracer {
 
 impl Tracer for Renderer {
     fn picture(&mut self, scene: &Scene, settings: &Settings) -> Result<Picture, RenderError> {
-        let r = self.render(scene, settings, &mut Quiet)?;
+        let r = self.render(scene, settings)?;
         Ok(Picture { linear: r.linear, counters: r.report.counters, rays: r.report.rays })
     }
 
@@ -73,7 +74,7 @@ impl Tracer for Twins {
             PlannedScene::for_twins(Recipe::of(scene), scene, settings, &Limits::LAVAPIPE, self.brute_force);
         let packed = &planned.packed;
         let (linear, counts) = twin::render(packed, scene, settings, planned.plan()?)
-            .ok_or_else(|| RenderError::DoesNotFit("one sample has more rays than a queue".into()))?;
+            .ok_or(RenderError::TooManyRays { pixel: None, capacity: planned.plan()?.capacity })?;
         let count = |i: u32| counts.counters[i as usize];
         let counters = Counters {
             degenerate_triangles: packed.degenerate_triangles,

@@ -1,15 +1,11 @@
 //! `--over AXIS=VALUES`: the axes of a sweep.
 
 use super::point::{Law, Point, Spheres};
-use crate::scene::{Fresnel, Scene};
+use crate::scene::{Fresnel, MAX_DEPTH, MAX_SAMPLES, Scene};
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, parse_cutoff};
 use std::str::FromStr;
 
-/// Most samples: beyond 2^24 a sample changes a single-precision mean by less than an ulp.
-const MAX_SAMPLES: u32 = 1 << 24;
-/// Deepest paths, as in scenes.
-const MAX_DEPTH: u32 = 1024;
 /// Finest mesh: 20 * 256^2 triangles a sphere.
 const MAX_FREQUENCY: u32 = 256;
 /// Most points of a grid: more would take days.
@@ -61,7 +57,8 @@ pub struct Axis {
     pub name: &'static str,
     /// In the order given.
     pub values: Vec<Value>,
-    /// True if `all` values were asked for; those that the device does not support are then left out.
+    /// True if `all` values were asked for; those that the device does not support are then left
+    /// out.
     pub all: bool,
 }
 

@@ -7,7 +7,6 @@ use super::record::Record;
 use super::row::{Measured, Row, Spread};
 use super::run::Work;
 use super::trace::SweepError;
-use crate::image::linear_sha256;
 use crate::render::{Observer, Rendered, Renderer};
 use crate::units::{plural, seconds};
 use std::time::Instant;
@@ -18,8 +17,8 @@ const LONG_SECONDS: f64 = 10.0;
 const WRITE_SECONDS: f64 = 5.0;
 
 impl Work<'_> {
-    /// Measures the points that have no row yet. After an error the rows measured so far, in this run or an
-    /// earlier one, are in `record`.
+    /// Measures the points that have no row yet. After an error the rows measured so far, in this
+    /// run or an earlier one, are in `record`.
     pub(super) fn measure(
         &self,
         renderer: &mut Renderer,
@@ -71,7 +70,7 @@ impl Work<'_> {
         let scene = point.scene(&self.plan.scene);
         let settings = point.settings(&self.plan.base);
         let mut part = Part { inner: observer, index: 0, of: u64::from(self.plan.repeats) + 1 };
-        let mut last = renderer.render(&scene, &settings, &mut part)?;
+        let mut last = renderer.render_with(&scene, &settings, &mut part)?;
         let (mut device, mut render) = (Vec::new(), Vec::new());
         let mut note = |r: &Rendered| {
             device.push(r.report.time.device);
@@ -85,7 +84,7 @@ impl Work<'_> {
                     return Ok(None);
                 }
                 part.index += 1;
-                last = renderer.render(&scene, &settings, &mut part)?;
+                last = renderer.render_with(&scene, &settings, &mut part)?;
                 note(&last);
             }
         }
@@ -99,9 +98,7 @@ impl Work<'_> {
         };
         let key = self.key(point);
         let mut report = last.report.clone();
-        report.scene.file = self.plan.scene.file.display().to_string();
         report.image.file = Folder::picture_name(&key);
-        report.image.linear_sha256 = linear_sha256(&last.linear);
         self.folder.write_picture(&last, &report)?;
         Ok(Some(Row::new(key, self.name(point), point.words(), report, measured)))
     }

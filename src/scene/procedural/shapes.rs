@@ -1,6 +1,8 @@
 //! Scenes and parts of scenes that several cases use.
 
-use crate::scene::{Camera, Face, Fresnel, Light, Material, Mesh, Polygon, RenderDefaults, Scene, Sphere};
+use crate::scene::{
+    Camera, Face, Fresnel, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
+};
 use glam::DVec3;
 use std::path::PathBuf;
 
@@ -31,6 +33,7 @@ pub fn glass(ior: f64, fresnel: Fresnel) -> Material {
 pub fn empty(materials: Vec<Material>) -> Scene {
     Scene {
         file: PathBuf::new(),
+        read_time: ReadTime::default(),
         camera: Camera {
             look_from: DVec3::new(0.0, 0.0, 5.0),
             look_at: DVec3::ZERO,

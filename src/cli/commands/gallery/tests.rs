@@ -9,9 +9,10 @@ fn arguments(scene: &Path, folder: &Path) -> GalleryArgs {
     args
 }
 
-fn drawn(settings: &Settings, done: f64) -> Rendered {
+fn drawn(scene: &Scene, settings: &Settings, done: f64) -> Rendered {
     let Settings { width, height, samples, depth, .. } = *settings;
     let mut report = Report::default();
+    report.scene.file = scene.file.display().to_string();
     report.settings.samples = samples;
     report.settings.depth = depth;
     report.rays.primary = 12_345;
@@ -22,7 +23,7 @@ fn drawn(settings: &Settings, done: f64) -> Rendered {
 
 fn subject(name: &str) -> Subject {
     let mut subject = gallery::tests::subject(name, 24, 9);
-    subject.file = format!("{name}.toml").into();
+    subject.scene.file = format!("{name}.toml").into();
     subject
 }
 
@@ -35,7 +36,7 @@ fn all_pictures_their_reports_and_the_sheet_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let args = arguments(Path::new("a.toml"), folder.path());
     let subjects = [subject("a"), subject("a_glass")];
-    let mut draw = |_: &Scene, settings: &Settings, _: &str| Ok(drawn(settings, 1.0));
+    let mut draw = |scene: &Scene, settings: &Settings, _: &str| Ok(drawn(scene, settings, 1.0));
     make(&args, &subjects, &mut draw, Instant::now(), &mut quiet()).unwrap();
 
     let mut names: Vec<String> =
@@ -60,9 +61,9 @@ fn an_interrupt_keeps_the_whole_pictures_only() {
     let folder = tempfile::tempdir().unwrap();
     let args = arguments(Path::new("a.toml"), folder.path());
     let mut calls = 0;
-    let mut draw = |_: &Scene, settings: &Settings, _: &str| {
+    let mut draw = |scene: &Scene, settings: &Settings, _: &str| {
         calls += 1;
-        Ok(drawn(settings, if calls == 3 { 0.5 } else { 1.0 }))
+        Ok(drawn(scene, settings, if calls == 3 { 0.5 } else { 1.0 }))
     };
     let failure = make(&args, &[subject("a")], &mut draw, Instant::now(), &mut quiet()).unwrap_err();
     assert_eq!(failure.exit_code(), 130);
