@@ -8,7 +8,7 @@ layout(local_size_x_id = 0) in;
 
 FETCHES_4(triangles)
 FETCHES_2(spheres)
-READS(wide_spheres)
+READS(extended_spheres)
 FETCHES_NODES
 FETCHES_3(rays)
 READS(queue)
@@ -23,7 +23,7 @@ void main() {
     // a return would put all loads under a mask.
     uint i = min(item, queue[0].count - 1u);
     Ray ray = load_rays(i);
-    TraceRay r = make_trace_ray(ray.origin, ray.direction, ray.skip);
+    TraversalRay r = make_traversal_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
     if (mine) store_hits(i, h);
 }

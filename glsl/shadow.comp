@@ -11,7 +11,7 @@ layout(local_size_x_id = 0) in;
 READS(camera)
 FETCHES_4(triangles)
 FETCHES_2(spheres)
-READS(wide_spheres)
+READS(extended_spheres)
 FETCHES_NODES
 FETCHES_2(materials)
 READS(lights)

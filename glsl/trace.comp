@@ -14,7 +14,7 @@ FETCHES_4(triangles)
 FETCHES_1(flat_normals)
 READS(corner_normals)
 FETCHES_2(spheres)
-READS(wide_spheres)
+READS(extended_spheres)
 FETCHES_NODES
 FETCHES_2(materials)
 READS(lights)
@@ -46,7 +46,7 @@ void main() {
     uint i = min(item, queue[0].count - 1u);
     uint place = push.depth == 1u ? i : ray_indices[i];
     Ray ray = load_rays(place);
-    TraceRay r = make_trace_ray(ray.origin, ray.direction, ray.skip);
+    TraversalRay r = make_traversal_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
     Material m;
     Surface s = strike(place, ray, h, m);

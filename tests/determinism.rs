@@ -12,7 +12,7 @@ use whitted::image::linear_sha256;
 use whitted::render::Rendered;
 use whitted::report::Report;
 use whitted::scene::{Scene, Sphere};
-use whitted::settings::forced_features::{Feature, General};
+use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::{Hierarchy, Schedule, Settings};
 
 /// Scenes that between them have every feature.
@@ -57,7 +57,7 @@ fn tiles_batches_and_groups_change_no_bit() {
         with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..long });
         with(Schedule { tile_pixels: Some(100), workgroup: Some(256), ..long });
         // Rays of a subgroup apart, where a hierarchy is walked.
-        with(Schedule { general: General::default().with(Feature::LoneRays), ..none });
+        with(Schedule { general: ForcedFeatures::default().with(Feature::LoneRays), ..none });
         let mut other = settings.clone();
         other.seed += 1;
         assert_ne!(

@@ -13,11 +13,11 @@ use whitted::lab::receipt::differing;
 use whitted::plan::{Limits, Plan, pack_for};
 use whitted::reference::twin;
 use whitted::scene::Scene;
-use whitted::settings::forced_features::{Feature, General};
+use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::{Schedule, Settings};
 
 /// Settings with `general` switched on.
-fn with(settings: &Settings, general: General) -> Settings {
+fn with(settings: &Settings, general: ForcedFeatures) -> Settings {
     let schedule = Schedule { general, ..settings.schedule };
     Settings { schedule, ..settings.clone() }
 }
@@ -40,7 +40,7 @@ fn general_kernels_change_no_bit() {
         let plan = |s: &Settings| Plan::new(&pack_for(&scene, s, &limits), s, &limits).unwrap();
         let own = render(&mut renderer, &scene, &settings);
 
-        let all = render(&mut renderer, &scene, &with(&settings, General::all()));
+        let all = render(&mut renderer, &scene, &with(&settings, ForcedFeatures::all()));
         assert_eq!(differing(&own.linear, &all.linear), 0, "{name}");
         assert_eq!(own.report.counters, all.report.counters, "{name}");
         let rays = |r: &whitted::report::RayInfo| (r.primary, r.reflection, r.refraction);
@@ -61,7 +61,7 @@ fn general_kernels_change_no_bit() {
             continue;
         }
         for feature in Feature::ALL {
-            let general = with(&settings, General::default().with(*feature));
+            let general = with(&settings, ForcedFeatures::default().with(*feature));
             let (a, b) = (plan(&settings), plan(&general));
             let is_absent = a.specialisation != b.specialisation || a.last_depth != b.last_depth;
             if is_absent && !alone.contains(feature) {
@@ -90,7 +90,7 @@ fn each_feature_alone_changes_no_bit_of_any_scene() {
         let settings = tiny(&scene);
         let own = by_twins(&scene, &settings);
         for feature in Feature::ALL {
-            let general = by_twins(&scene, &with(&settings, General::default().with(*feature)));
+            let general = by_twins(&scene, &with(&settings, ForcedFeatures::default().with(*feature)));
             assert_eq!(differing(&own, &general), 0, "{name} with {feature}");
         }
     }
@@ -108,11 +108,13 @@ fn scenes_of_one_thing_and_of_none() {
         let scene = Scene::parse(&text, std::path::Path::new("one.toml")).unwrap();
         let settings = Settings { depth: 3, ..Settings::of(&scene) };
         let own = by_twins(&scene, &settings);
-        for general in Feature::ALL.iter().map(|f| General::default().with(*f)).chain([General::all()]) {
+        for general in
+            Feature::ALL.iter().map(|f| ForcedFeatures::default().with(*f)).chain([ForcedFeatures::all()])
+        {
             assert_eq!(differing(&own, &by_twins(&scene, &with(&settings, general))), 0, "{general:?}");
         }
         let mut renderer = renderer();
-        let device = render(&mut renderer, &scene, &with(&settings, General::all()));
+        let device = render(&mut renderer, &scene, &with(&settings, ForcedFeatures::all()));
         assert_eq!(differing(&render(&mut renderer, &scene, &settings).linear, &device.linear), 0);
     }
 }
@@ -124,7 +126,7 @@ fn a_planted_defect_is_noticed() {
     let settings = tiny(&scene);
     let mut renderer = renderer();
     let own = render(&mut renderer, &scene, &settings);
-    let general = with(&settings, General::all());
+    let general = with(&settings, ForcedFeatures::all());
     renderer.plant(Defect::Nothing);
     let sound = render(&mut renderer, &scene, &general);
     assert_eq!(differing(&own.linear, &sound.linear), 0);
@@ -141,7 +143,7 @@ fn passes_end_where_light_must() {
     let mut renderer = renderer();
     let own = render(&mut renderer, &scene, &settings);
     assert!(own.report.passes.iter().all(|p| p.depth <= 1 && p.name != "scan" && p.name != "spawn"));
-    let deep = with(&settings, General::default().with(Feature::Secondary));
+    let deep = with(&settings, ForcedFeatures::default().with(Feature::Secondary));
     let general = render(&mut renderer, &scene, &deep);
     assert_eq!(general.report.passes.iter().map(|p| p.depth).max(), Some(9));
     assert_eq!(differing(&own.linear, &general.linear), 0);
@@ -157,7 +159,7 @@ fn a_cutoff_ends_the_passes_and_changes_no_bit() {
     };
     assert_eq!((pack_for(&scene, &settings, &Limits::LAVAPIPE).reach.weight, last(&settings)), (0.85, 5));
     let own = by_twins(&scene, &settings);
-    let general = by_twins(&scene, &with(&settings, General::default().with(Feature::Secondary)));
+    let general = by_twins(&scene, &with(&settings, ForcedFeatures::default().with(Feature::Secondary)));
     assert_eq!(differing(&own, &general), 0);
     settings.cutoff = 0.0;
     assert_eq!(last(&settings), 8);

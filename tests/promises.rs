@@ -4,12 +4,12 @@
 mod common;
 
 use common::{renderer, scenes};
-use whitted::accuracy::pixel_sums::Gathered;
+use whitted::accuracy::pixel_sums::PixelSums;
 use whitted::accuracy::promise::{BoundedImage, Request, Target};
 use whitted::accuracy::radiance_bound::{RadianceLimit, radiance_limit};
 use whitted::accuracy::sampling::Noise;
 use whitted::accuracy::truncation::hidden;
-use whitted::lab::calibrate::{Aim, BudgetTrial, Share, Sought, Truth, find};
+use whitted::lab::calibrate::{Aim, BudgetTrial, Coverage, Sought, Truth, find};
 use whitted::reference::oracle::Oracle;
 use whitted::render::{Quiet, Renderer, Survey};
 use whitted::scene::Scene;
@@ -40,7 +40,7 @@ fn truth(r: &mut Renderer, scene: &Scene, settings: &Settings, depth: Option<u32
 #[test]
 fn the_true_error_lies_within_the_budget() {
     let mut r = renderer();
-    let (mut kept, mut without_cut) = (Share::default(), Share::default());
+    let (mut kept, mut without_cut) = (Coverage::default(), Coverage::default());
     for (name, scene) in scenes() {
         let settings = Settings { samples: 16, replicates: 4, ..sized(&scene, 32, 24) };
         let to_the_end = truth(&mut r, &scene, &settings, None, 1e-3);
@@ -52,12 +52,12 @@ fn the_true_error_lies_within_the_budget() {
                 BudgetTrial::of(&image, seed, &to_the_end, &to_the_end)
             })
             .collect();
-        let share = Share::of(trials.iter().map(|t| t.kept()));
+        let share = Coverage::of(trials.iter().map(|t| t.kept()));
         println!("{name}: {share}, truth {:.1e}, {:?}", to_the_end.info.standard_error, trials[0]);
         kept = kept.plus(share);
         // The planted defect: a budget that says nothing was cut.
         let forgot = |t: &BudgetTrial| BudgetTrial { total: t.total - t.truncation, ..t.clone() };
-        without_cut = without_cut.plus(Share::of(trials.iter().map(|t| forgot(t).kept())));
+        without_cut = without_cut.plus(Coverage::of(trials.iter().map(|t| forgot(t).kept())));
     }
     let aim = Aim::at_least(CONFIDENCE);
     println!("{}; without truncation {}", aim.say(kept), aim.say(without_cut));
@@ -73,7 +73,7 @@ fn the_sampling_part_holds_as_often_as_it_says() {
     let settings = Settings { samples: 64, replicates: 4, depth: 2, ..sized(&scene, 32, 24) };
     let settings = Settings { precision: Precision::Double, ..settings };
     let same_depth = truth(&mut r, &scene, &settings, Some(2), 2e-4);
-    let (mut kept, mut halved) = (Share::default(), Share::default());
+    let (mut kept, mut halved) = (Coverage::default(), Coverage::default());
     for seed in 1..=40 {
         let image = gathered(&mut r, &scene, &Settings { seed, ..settings.clone() });
         let error = same_depth.error(&image);
@@ -86,8 +86,8 @@ fn the_sampling_part_holds_as_often_as_it_says() {
             ..noise
         };
         let bound = |noise: &Noise| noise.bound(4, CONFIDENCE).bound;
-        kept = kept.plus(Share::of([error <= bound(&noise)]));
-        halved = halved.plus(Share::of([error <= bound(&less)]));
+        kept = kept.plus(Coverage::of([error <= bound(&noise)]));
+        halved = halved.plus(Coverage::of([error <= bound(&less)]));
     }
     println!("{kept}; halved {halved}; truth {:?}", same_depth.info);
     let aim = Aim::of(CONFIDENCE);
@@ -96,18 +96,18 @@ fn the_sampling_part_holds_as_often_as_it_says() {
 }
 
 /// All samples of the whole image.
-fn gathered(r: &mut Renderer, scene: &Scene, settings: &Settings) -> Gathered {
+fn gathered(r: &mut Renderer, scene: &Scene, settings: &Settings) -> PixelSums {
     let mut survey = Survey::new(r, scene, settings).expect("a survey");
     let places: Vec<u32> = (0..settings.width * settings.height).collect();
     let traced = survey.trace(&places, 0..settings.samples, &mut Quiet).expect("traced");
-    let mut image = Gathered::new(settings.width, settings.height, settings.replicates as usize);
+    let mut image = PixelSums::new(settings.width, settings.height, settings.replicates as usize);
     image.add(&places, settings.samples, &traced);
     image
 }
 
 /// Pixels whose deeper image is not within what the shallow one said was hidden: it only adds light, and no
 /// more than that. 2^-16 is what sums in f32 and the throughput's fixed point may be off by.
-fn broken(shallow: &Gathered, deep: &Gathered, limit: &RadianceLimit, keep_cut: bool) -> usize {
+fn broken(shallow: &PixelSums, deep: &PixelSums, limit: &RadianceLimit, keep_cut: bool) -> usize {
     let slack = 2f64.powi(-16);
     let bad = |at: &usize| {
         let (a, b) = (shallow.mean(*at), deep.mean(*at));
@@ -129,7 +129,7 @@ fn what_is_not_traced_adds_no_more_than_its_certificate() {
         let limit = radiance_limit(&scene);
         let settings = Settings { samples: 2, precision: Precision::Double, ..sized(&scene, 32, 24) };
         let mut at = |depth| gathered(&mut r, &scene, &Settings { depth, ..settings.clone() });
-        let images: Vec<Gathered> = [1, 2, 3, 4, 9].into_iter().map(&mut at).collect();
+        let images: Vec<PixelSums> = [1, 2, 3, 4, 9].into_iter().map(&mut at).collect();
         let half = RadianceLimit { rgb: limit.rgb.map(|c| c / 2.0), unbounded: None };
         for (n, shallow) in images.iter().enumerate() {
             for deep in &images[n + 1..] {
@@ -173,7 +173,7 @@ fn light_without_a_limit_is_called_unbounded_and_bounded_by_white() {
         radius = 0.5
         material = "ball"
     "#;
-    let scene = whitted::scene::Scene::parse(text, "touch.toml").expect("a scene");
+    let scene = Scene::parse(text, "touch.toml").expect("a scene");
     let mut r = renderer();
     let settings = Settings { samples: 4, replicates: 4, depth: 1, ..Settings::of(&scene) };
     let stated = known(&mut r, &scene, &settings, Target::Settings).report.error.expect("a budget");
@@ -212,7 +212,7 @@ fn the_oracle_finds_the_same_truth_and_the_budget_holds_it() {
 fn errors_asked_for_are_kept() {
     let mut r = renderer();
     let target = 0.02;
-    let (mut kept, mut of_a_quarter) = (Share::default(), Share::default());
+    let (mut kept, mut of_a_quarter) = (Coverage::default(), Coverage::default());
     for name in ["cornell", "fence", "two_mirrors"] {
         let scene = scene(name);
         let settings = sized(&scene, 48, 36);
@@ -223,8 +223,8 @@ fn errors_asked_for_are_kept() {
             assert_eq!(asked.met, Some(true), "{name}: {:?}", asked.unmet_why);
             let error = to_the_end.error(&image.samples);
             println!("{name} {seed}: {error:.2e} of {target}, {:?}", image.report.settings);
-            kept = kept.plus(Share::of([error <= target]));
-            of_a_quarter = of_a_quarter.plus(Share::of([error <= target / 4.0]));
+            kept = kept.plus(Coverage::of([error <= target]));
+            of_a_quarter = of_a_quarter.plus(Coverage::of([error <= target / 4.0]));
         }
     }
     let aim = Aim::at_least(CONFIDENCE);

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use std::path::Path;
 use whitted::image::code8;
 use whitted::reference::oracle::{Oracle, OracleImage};
-use whitted::scene::{self, Fresnel, Scene};
+use whitted::scene::{Fresnel, Scene};
 use whitted::settings::Settings;
 
 const NAMES: [&str; 2] = ["cornell", "cornell_glass"];

@@ -1,4 +1,5 @@
-//! The page of a sweep in a browser: it needs nothing but itself, sorts, unfolds, enlarges, and reports no error.
+//! The page of a sweep in a browser: it needs nothing but itself, sorts, unfolds, enlarges, and
+//! reports no error.
 
 // A panic is a test's failure report, in its helpers too.
 #![allow(clippy::unwrap_used)]
@@ -154,7 +155,8 @@ fn the_page_works_in_a_browser() {
         .collect();
     assert_eq!(open, [Some(0), Some(1), Some(0), Some(2), None]);
 
-    // One sample lies at the centre of the pixel with every sampler: one picture with all their names.
+    // One sample lies at the centre of the pixel with every sampler: one picture with all their
+    // names.
     let names = "<li><b>samples=1 sampler=";
     let row = page
         .split("<figure class=\"row\">")

@@ -10,7 +10,7 @@ use common::{render, scenes, small};
 use whitted::kernel::abi::Buf;
 use whitted::kernel::table::Kernel;
 use whitted::render::Renderer;
-use whitted::settings::forced_features::{Feature, General};
+use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
 fn validated() -> Renderer {
@@ -36,7 +36,7 @@ fn every_scene_is_valid() {
 #[test]
 fn a_missing_barrier_is_reported() {
     let (_, scene) = scenes().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
-    let general = General::default().with(Feature::SplitKernels);
+    let general = ForcedFeatures::default().with(Feature::SplitKernels);
     let split = Schedule { general, ..Schedule::default() };
     let fused = Schedule { fused: Some(true), ..Schedule::default() };
     // Each with the buffer that the pass after it reads too early. Not `spawn`: what it writes is read

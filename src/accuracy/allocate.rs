@@ -12,7 +12,7 @@
 //! the work is the best use of a prefix of the time.
 
 use super::pixel_order;
-use super::pixel_sums::Gathered;
+use super::pixel_sums::PixelSums;
 use super::sampling::{Noise, SamplingBound, unseen_squares};
 use crate::render::samples::{Source, Traced};
 use crate::settings::sampler::pcg4d;
@@ -100,7 +100,7 @@ struct Class {
 pub struct Allocation {
     height: u32,
     goal: Goal,
-    gathered: Gathered,
+    gathered: PixelSums,
     /// Empty until the pilot is done.
     classes: Vec<Class>,
     /// Pixels the pilot has: the first of [`pixel_order::order`].
@@ -123,7 +123,7 @@ struct Candidate {
 impl Allocation {
     /// Nothing traced yet.
     pub fn new(width: u32, height: u32, replicates: usize, goal: Goal) -> Allocation {
-        let gathered = Gathered::new(width, height, replicates);
+        let gathered = PixelSums::new(width, height, replicates);
         Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0, open: None }
     }
 
@@ -138,19 +138,19 @@ impl Allocation {
     }
 
     /// All samples so far.
-    pub fn gathered(&self) -> &Gathered {
+    pub fn gathered(&self) -> &PixelSums {
         &self.gathered
     }
 
     /// Hands the samples out, to be kept elsewhere; they must be [put back](Allocation::put_gathered) before
     /// anything else is done.
-    pub fn take_gathered(&mut self) -> Gathered {
-        let nothing = Gathered::new(self.gathered.width, 0, self.gathered.replicates);
+    pub fn take_gathered(&mut self) -> PixelSums {
+        let nothing = PixelSums::new(self.gathered.width, 0, self.gathered.replicates);
         std::mem::replace(&mut self.gathered, nothing)
     }
 
     /// Takes back what [`Allocation::take_gathered`] gave; false if it is of another image.
-    pub fn put_gathered(&mut self, gathered: Gathered) -> bool {
+    pub fn put_gathered(&mut self, gathered: PixelSums) -> bool {
         let fits = gathered.width == self.gathered.width
             && gathered.replicates == self.gathered.replicates
             && gathered.samples.len() as u64 == u64::from(gathered.width) * u64::from(self.height);

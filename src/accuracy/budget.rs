@@ -1,7 +1,7 @@
 //! The error of one image in its three parts: sampling, truncation, rounding. Each is an upper bound on the RMSE
 //! that it makes, so by the triangle inequality their sum is one on the whole.
 
-use super::pixel_sums::Gathered;
+use super::pixel_sums::PixelSums;
 use super::radiance_bound::RadianceLimit;
 use crate::render::samples::Mark;
 use crate::report::ErrorInfo;
@@ -30,7 +30,7 @@ pub fn same_way(a: &Mark, b: &Mark) -> bool {
 }
 
 /// Compares the same samples in two precisions.
-pub fn rounding(a: &Gathered, b: &Gathered) -> Rounding {
+pub fn rounding(a: &PixelSums, b: &PixelSums) -> Rounding {
     let mut squares = 0.0;
     let mut worst = |at| {
         let (a, b) = (a.mean(at), b.mean(at));
@@ -51,7 +51,7 @@ fn root_mean(squares: f64, pixels: usize) -> f64 {
 
 /// The three parts and their sum. `rounding`: its part, and pixels of which some sample took another way.
 pub fn budget(
-    image: &Gathered,
+    image: &PixelSums,
     limit: &RadianceLimit,
     rounding: Option<(f64, u64)>,
     confidence: f64,

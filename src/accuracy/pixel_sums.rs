@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// The samples of an image so far, pixel by pixel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Gathered {
+pub struct PixelSums {
     /// Pixels.
     pub width: u32,
     /// Replicates of a pixel.
@@ -23,11 +23,11 @@ pub struct Gathered {
     pub marks: Vec<Mark>,
 }
 
-impl Gathered {
+impl PixelSums {
     /// No samples yet.
-    pub fn new(width: u32, height: u32, replicates: usize) -> Gathered {
+    pub fn new(width: u32, height: u32, replicates: usize) -> PixelSums {
         let pixels = width as usize * height as usize;
-        Gathered {
+        PixelSums {
             width,
             replicates,
             samples: vec![0; pixels],
@@ -62,8 +62,8 @@ impl Gathered {
         self.sums.as_flattened().iter().chain(cuts).for_each(|x| to.extend(x.to_le_bytes()));
     }
 
-    /// Takes what [`Gathered::put`] wrote from the front of `from`; `None` if that is too short.
-    pub(super) fn take(from: &mut &[u8]) -> Option<Gathered> {
+    /// Takes what [`PixelSums::put`] wrote from the front of `from`; `None` if that is too short.
+    pub(super) fn take(from: &mut &[u8]) -> Option<PixelSums> {
         let mut word = || {
             let (n, rest) = from.split_first_chunk()?;
             *from = rest;
@@ -86,7 +86,7 @@ impl Gathered {
         for m in &mut marks {
             m.cut = number()?;
         }
-        Some(Gathered { width, replicates, samples, sums, marks })
+        Some(PixelSums { width, replicates, samples, sums, marks })
     }
 
     /// Sums of the replicates of pixel `at`.

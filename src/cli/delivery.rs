@@ -55,7 +55,7 @@ pub(crate) fn settings(
 pub(crate) struct Deliver<'a> {
     pub(crate) args: &'a RenderArgs,
     pub(crate) format: Format,
-    /// Numbers beside the colours, for formats that have room.
+    /// Channels of layers, for formats that can hold them.
     pub(crate) channels: &'a [(&'a str, Vec<f32>)],
     /// Wall time of the earlier parts of a resumed render, seconds.
     pub(crate) before: f64,

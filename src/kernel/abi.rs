@@ -191,13 +191,13 @@ host {
     struct Sphere {
         /// Centre.
         center: real3,
-        /// Radius, > 0; negative for a sphere so large or small that its numbers are in `wide_spheres`.
+        /// Radius, > 0; negative for a sphere so large or small that its numbers are in `extended_spheres`.
         radius: real,
         /// Index into `materials`.
         material: uint,
         /// Solid whose surface this is, from 1; 0 = opaque.
         solid: uint,
-        /// Index into `wide_spheres`, or NONE.
+        /// Index into `extended_spheres`, or NONE.
         wide: uint,
         /// Position in the scene's own order (after all triangles).
         id: uint,
@@ -206,7 +206,7 @@ host {
     /// A very large or very small sphere, 56 bytes (f64: 112), every number as an unevaluated sum of
     /// two. Written as its surface point nearest to the frame's origin and the normal there, so that
     /// |o - c|^2 - r^2 = |o - p|^2 + 2 r n.(o - p) cancels nothing near the surface.
-    struct WideSphere {
+    struct ExtendedSphere {
         /// Surface point nearest the origin.
         point: real3,
         /// What `point` rounds away.
@@ -574,8 +574,8 @@ specialisation! {
     smooth_normals: 0;
     /// Solids a ray can be in at once; 0 if nothing refracts.
     media_capacity: 0;
-    /// 1: some sphere is in `wide_spheres`.
-    wide_spheres_used: 0;
+    /// 1: some sphere is in `extended_spheres`.
+    extended_spheres_used: 0;
     /// 1: zero edge functions are decided exactly and hits confined to their boxes; 0: neither.
     robust: 1;
     /// 1: secondary rays start `origin_shift` along their direction and may hit what they left.
@@ -598,9 +598,9 @@ specialisation! {
     /// Entries that a packet's stack holds at most; enough for this hierarchy.
     stack_size: STACK_SIZE;
     /// 1: the triangles are few and outside the hierarchy.
-    loose_triangles: 0;
+    triangles_outside: 0;
     /// 1: the spheres are few and outside the hierarchy.
-    loose_spheres: 0;
+    spheres_outside: 0;
     /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
 }
@@ -628,7 +628,7 @@ buffers! {
     /// Spheres in leaf order.
     spheres / Spheres: "Sphere";
     /// The spheres that need two numbers each for one.
-    wide_spheres / WideSpheres: "WideSphere";
+    extended_spheres / ExtendedSpheres: "ExtendedSphere";
     /// BVH, root first.
     nodes / Nodes: "Node";
     /// The BVH's nodes as packets of rays read them, eight children each, root first.

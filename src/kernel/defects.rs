@@ -87,7 +87,7 @@ defects! {
     /// A ray may hit the primitive it starts on.
     NoIdentity {
         "traverse.glsl": "primitive != r.skip && !false_hit" => "(primitive != r.skip || planted) && !false_hit";
-        "traverse.glsl": "void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best) {" =>
+        "traverse.glsl": "void try_sphere(Sphere s, uint primitive, bool may, TraversalRay r, inout Best best) {" =>
             "@ if (planted) r.skip = NONE;";
         "traverse.glsl": "bool may = i != r.skip && may_hit_triangle" =>
             "bool may = (i != r.skip || planted) && may_hit_triangle";

@@ -1,5 +1,5 @@
-//! Rays of one's own choice through the kernels of one depth: what they hit, how the surface looks
-//! to them, and which rays they spawn. For measuring kernels apart from pictures.
+//! Traces given rays through the kernels of one depth and returns hits, surfaces and spawned rays.
+//! For tests of kernels without pictures.
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Queue, Specialisation};
 use crate::kernel::table::Kernel;
@@ -14,19 +14,21 @@ use crate::settings::{Precision, Settings};
 use crate::vk::Dispatch;
 use glam::DVec3;
 
-/// Rays traced at once.
+/// Most rays traced at once.
 const BATCH: usize = 1 << 14;
 
-/// A ray in the local frame ([`crate::prepare::local_frame::LocalFrame`]); rounded to the kernels' precision.
+/// A ray in the local frame ([`crate::prepare::local_frame::LocalFrame`]); rounded to the kernels'
+/// precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeRay {
     /// Local coordinates.
     pub origin: DVec3,
-    /// Any length; shading and spawning want a unit vector.
+    /// Any length; a unit vector for shading and spawning.
     pub direction: DVec3,
-    /// Position in the scene's order of the primitive it starts on.
+    /// Index in scene order of the primitive it starts on.
     pub skip: Option<u32>,
-    /// Solids it is in, outermost first (from 1: meshes, then spheres); `None` = those of the eye.
+    /// Solids around it, outermost first (from 1: meshes, then spheres); `None` for those around
+    /// the camera.
     pub media: Option<[u32; 2]>,
 }
 
@@ -37,10 +39,10 @@ impl ProbeRay {
     }
 }
 
-/// What a ray struck.
+/// A hit of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeHit {
-    /// Position in the scene's order (triangles as fanned, then spheres).
+    /// Index in scene order (triangles after triangulation, then spheres).
     pub id: u32,
     /// Distance in units of the ray's direction.
     pub t: f64,
@@ -50,11 +52,11 @@ pub struct ProbeHit {
     pub position: DVec3,
     /// Shading normal on the ray's side.
     pub normal: DVec3,
-    /// Spawn offset on the ray's side.
+    /// Ray offset on the ray's side.
     pub offset: DVec3,
-    /// Index here over index beyond.
+    /// Index on the ray's side / index on the other side.
     pub eta: f64,
-    /// Share of reflection.
+    /// Reflectance.
     pub share: f64,
 }
 
@@ -71,13 +73,13 @@ pub struct ProbeChild {
     pub direction: DVec3,
     /// Weight.
     pub throughput: [f32; 3],
-    /// Position in the scene's order of the primitive it starts on.
+    /// Index in scene order of the primitive it starts on.
     pub skip: Option<u32>,
-    /// Solids it is in, outermost first, 0 = none.
+    /// Solids around it, outermost first, 0 = none.
     pub media: Vec<u32>,
 }
 
-/// What came of the rays.
+/// Results of a batch of rays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probed {
     /// One entry per ray.
@@ -141,7 +143,7 @@ fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(std::array::from_fn(|i| bytes[at + i]))
 }
 
-/// Storage index <-> position in the scene's order.
+/// Maps storage indices to indices in scene order, and back.
 struct Ids {
     by_primitive: Vec<u32>,
     by_id: std::collections::HashMap<u32, u32>,
@@ -164,7 +166,7 @@ impl Ids {
     }
 }
 
-/// Where the kernels of one depth run: on a device, or as twins.
+/// Runs the kernels of one depth: on a device, or as twins.
 trait Bank {
     fn write(&mut self, buffer: Buf, bytes: &[u8]) -> Result<(), RenderError>;
     fn run(&mut self, push: abi::Push) -> Result<(), RenderError>;

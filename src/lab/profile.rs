@@ -67,8 +67,8 @@ pub const BYTES_COUNTED: &str = "the structs of rays, samples and pixels that a 
      counters and caches";
 
 impl Profile {
-    /// From the reports of all runs, which have the same scene and settings; None if there are none. `warm_up`
-    /// are the times of the run before them.
+    /// From the reports of all runs, which have the same scene and settings; None if there are
+    /// none. `warm_up` are the times of the run before them.
     pub fn new(runs: &[Report], warm_up: &TimeInfo, plan: &Plan, precision: Precision) -> Option<Profile> {
         let render = quartiles(&runs.iter().map(|r| r.time.render).collect::<Vec<_>>())?;
         let device = quartiles(&runs.iter().map(|r| r.time.device).collect::<Vec<_>>())?;

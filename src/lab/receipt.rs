@@ -1,9 +1,9 @@
-//! Compares a render with its plan, and measures the cost of each feature that the scene does not use: a part of
-//! the image is rendered with the feature switched on and without it, in turn.
+//! Compares a render with its plan, and measures the cost of each feature that the scene does not
+//! use: a part of the image is rendered with the feature switched on and without it, in turn.
 
 use crate::plan::{HEAP_EIGHTHS, Purpose};
 use crate::render::{Prepared, Quiet, RenderError, Renderer, Trial};
-use crate::report::explain::Outline;
+use crate::report::explain::ExplainedPlan;
 use crate::report::receipt::{Absent, Part, Receipt};
 use crate::report::{PassInfo, Report};
 use crate::scene::Scene;
@@ -34,8 +34,9 @@ pub fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> u64 {
     (unequal + a.len().abs_diff(b.len())) as u64
 }
 
-/// Sets `report` beside `outline`, and measures the price of each feature that the kernels of `prepared` do not
-/// have. `say` gets the name of each part before it is measured; `stop` ends the work.
+/// Compares `report` with `outline`, and measures the price of each feature that the kernels of
+/// `prepared` do not have. `say` gets the name of each part before it is measured; `stop` ends the
+/// work.
 ///
 /// # Errors
 /// As [`Renderer::render`]; also if stopped.
@@ -43,7 +44,7 @@ pub fn measure(
     renderer: &mut Renderer,
     scene: &Scene,
     prepared: &mut Prepared,
-    outline: Outline,
+    outline: ExplainedPlan,
     report: &Report,
     say: &mut dyn FnMut(&str),
     stop: &dyn Fn() -> bool,
@@ -95,7 +96,8 @@ pub fn measure(
     })
 }
 
-/// The price of `feature`: device time and bytes of `other`, whose kernels have it, over those of `own`.
+/// The price of `feature`: device time and bytes of `other`, whose kernels have it, over those of
+/// `own`.
 fn price(
     feature: Feature,
     other: &mut Prepared,

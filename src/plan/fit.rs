@@ -15,7 +15,7 @@ const OF_PRIMITIVES: [Buf; 7] = [
     Buf::FlatNormals,
     Buf::CornerNormals,
     Buf::Spheres,
-    Buf::WideSpheres,
+    Buf::ExtendedSpheres,
     Buf::Nodes,
     Buf::CompressedNodes,
 ];

@@ -18,7 +18,7 @@ pub use planned_scene::{PlannedScene, Purpose};
 use crate::kernel::abi::{self, Buf, GpuStruct, Specialisation};
 use crate::kernel::table::{KERNELS, Kernel};
 use crate::prepare::bvh::Forms;
-use crate::prepare::max_depth::Reach;
+use crate::prepare::max_depth::MaxDepth;
 use crate::prepare::{Packed, pack};
 use crate::scene::Scene;
 use crate::settings::forced_features::Feature;
@@ -112,7 +112,7 @@ pub struct Plan {
     /// Lights per `shadow` pass.
     pub lights_per_pass: u32,
     /// How deep light can travel.
-    pub reach: Reach,
+    pub reach: MaxDepth,
     /// Depth of the last passes, as far as is known before cutoffs change.
     pub last_depth: u32,
     /// Bytes of each buffer, in binding order.
@@ -151,7 +151,7 @@ const FUSED_SAMPLES: u64 = 1 << 21;
 /// Primitives that are all tested, at most; beyond them walking a hierarchy pays
 /// (docs/design/decisions/010-brute-force-limit.md).
 pub const BRUTE_FORCE_MAX: usize = 32;
-/// The same where the lanes of a subgroup work together.
+/// The same where the lanes of a subgroup work together (docs/design/decisions/030-constant-shapes.md).
 const BRUTE_FORCE_MAX_JOINED: usize = 12;
 
 /// Up to how many primitives every one is tested (`pack`). `forced`: always or never, whatever the scene.
@@ -210,7 +210,9 @@ impl Plan {
                 use_bvh: u32::from(packed.bvh_depth > 0),
                 smooth_normals: u32::from(!packed.corner_normals.is_empty()),
                 media_capacity: packed.media_capacity,
-                wide_spheres_used: u32::from(!packed.wide_spheres.is_empty() || on(Feature::WideSpheres)),
+                extended_spheres_used: u32::from(
+                    !packed.extended_spheres.is_empty() || on(Feature::ExtendedSpheres),
+                ),
                 robust: u32::from(settings.precision != Precision::Fast),
                 origin_fixed: u32::from(settings.origin != Origin::Bound),
                 branching: u32::from(packed.branching),
@@ -221,8 +223,8 @@ impl Plan {
                 texels: 0,
                 lanes: 0,
                 stack_size: abi::STACK_SIZE,
-                loose_triangles: u32::from(packed.loose[0]),
-                loose_spheres: u32::from(packed.loose[1]),
+                triangles_outside: u32::from(packed.outside[0]),
+                spheres_outside: u32::from(packed.outside[1]),
                 fused: 0,
             },
             capacity: 0,
@@ -342,7 +344,7 @@ impl Plan {
                     Buf::FlatNormals => packed.flat_normals.len() as u64,
                     Buf::CornerNormals => packed.corner_normals.len() as u64,
                     Buf::Spheres => packed.spheres.len() as u64,
-                    Buf::WideSpheres => packed.wide_spheres.len() as u64,
+                    Buf::ExtendedSpheres => packed.extended_spheres.len() as u64,
                     Buf::Nodes if joined => 1,
                     Buf::Nodes => packed.nodes.len() as u64,
                     Buf::CompressedNodes if joined => packed.compressed_nodes.as_flattened().len() as u64,

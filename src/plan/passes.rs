@@ -73,7 +73,7 @@ use Buf::*;
 
 /// The buffers of the scene that closest hit and occlusion read.
 macro_rules! shapes {
-    ($($more:ident),*) => { &[Triangles, Spheres, WideSpheres, Nodes, CompressedNodes, $($more),*] };
+    ($($more:ident),*) => { &[Triangles, Spheres, ExtendedSpheres, Nodes, CompressedNodes, $($more),*] };
 }
 
 /// Once per batch, before the first depth.
@@ -103,7 +103,7 @@ pub const PER_DEPTH: &[Pass] = &[
             FlatNormals,
             CornerNormals,
             Spheres,
-            WideSpheres,
+            ExtendedSpheres,
             Materials,
             SolidIors,
             SolidPriorities,
@@ -123,7 +123,7 @@ pub const PER_DEPTH: &[Pass] = &[
         reads: &[
             Triangles,
             Spheres,
-            WideSpheres,
+            ExtendedSpheres,
             CompressedNodes,
             Camera,
             FlatNormals,

@@ -1,8 +1,9 @@
-//! Predicts the time of a render from a timed one: a part of the same image, or the same scene with other
-//! samples and depth.
+//! Predicts the time of a render from a timed one: a part of the same image, or the same scene with
+//! other samples and depth.
 //!
-//! The model is linear: each dispatch costs a constant, and each ray of a depth a constant per kernel. The number
-//! of rays at depths that were not timed is extrapolated geometrically from the last two that were.
+//! The model is linear: each dispatch costs a constant, and each ray of a depth a constant per
+//! kernel. The number of rays at depths that were not timed is extrapolated geometrically from the
+//! last two that were.
 
 use crate::kernel::table::Kernel;
 use crate::plan::Plan;
@@ -12,7 +13,8 @@ use crate::report::prediction::{DepthForecast, Prediction};
 use crate::report::{PassInfo, Report};
 use std::collections::BTreeMap;
 
-/// Least relative uncertainty: device times vary by this much from run to run (docs/design/decisions/014-predicted-time.md).
+/// Least relative uncertainty: device times vary by this much from run to run
+/// (docs/design/decisions/014-predicted-time.md).
 const PACE: f64 = 0.1;
 
 /// Costs and ray counts, estimated from a timed render.

@@ -1,37 +1,38 @@
-//! Greatest depth at which a scene can have rays, from its materials alone. Deeper passes are left out.
+//! Greatest depth at which a scene can have rays, from its materials alone. Deeper passes are left
+//! out.
 
 use crate::scene::{Fresnel, Material};
 use serde::Serialize;
 
 /// How much of a ray's throughput the surfaces of a scene can pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Reach {
-    /// Greatest factor of any surface on the throughput of one child: 0 if none reflects or refracts. The
-    /// throughput of depth d is at most its power d - 1.
+pub struct MaxDepth {
+    /// Greatest factor of any surface on the throughput of one child: 0 if none reflects or
+    /// refracts. The throughput of depth d is at most its power d - 1.
     pub weight: f64,
     /// True if some surface can spawn two rays, reflected and refracted.
     pub branches: bool,
 }
 
-impl Reach {
-    /// From the materials of a scene. `overlapping` is true if solids may overlap: a surface inside another
-    /// solid passes its ray on unchanged.
+impl MaxDepth {
+    /// From the materials of a scene. `overlapping` is true if solids may overlap: a surface inside
+    /// another solid passes its ray on unchanged.
     pub fn new<'a>(
         materials: impl Iterator<Item = &'a Material>,
         overlapping: bool,
         branches: bool,
-    ) -> Reach {
+    ) -> MaxDepth {
         let weight = materials.map(weight).fold(0.0, f64::max);
-        Reach { weight: if overlapping && weight > 0.0 { 1.0 } else { weight }, branches }
+        MaxDepth { weight: if overlapping && weight > 0.0 { 1.0 } else { weight }, branches }
     }
 
     /// No limit but the depth asked for.
-    pub fn unlimited(branches: bool) -> Reach {
-        Reach { weight: 1.0, branches }
+    pub fn unlimited(branches: bool) -> MaxDepth {
+        MaxDepth { weight: 1.0, branches }
     }
 
-    /// Greatest depth that can have rays, at most `depth`. Children with a throughput below `cutoff` are not
-    /// traced.
+    /// Greatest depth that can have rays, at most `depth`. Children with a throughput below
+    /// `cutoff` are not traced.
     pub fn last_depth(&self, depth: u32, cutoff: f32) -> u32 {
         if self.weight <= 0.0 {
             return 1;
@@ -52,7 +53,7 @@ impl Reach {
             .unwrap_or(depth)
     }
 
-    /// The reason for [`Reach::last_depth`], for people.
+    /// The reason for [`MaxDepth::last_depth`], for people.
     pub fn words(&self, depth: u32, cutoff: f32) -> String {
         let last = self.last_depth(depth, cutoff);
         match (self.weight > 0.0, self.branches, last < depth) {
@@ -93,8 +94,8 @@ mod tests {
         }
     }
 
-    fn reach(materials: &[Material]) -> Reach {
-        Reach::new(materials.iter(), false, false)
+    fn reach(materials: &[Material]) -> MaxDepth {
+        MaxDepth::new(materials.iter(), false, false)
     }
 
     #[test]
@@ -116,6 +117,6 @@ mod tests {
         // A fixed split hands on its larger share.
         assert_eq!(reach(&[of(1.0, Fresnel::Constant(0.5))]), half);
         // Where solids overlap, a ray may pass whole.
-        assert_eq!(Reach::new([of(0.5, Fresnel::Exact)].iter(), true, false).last_depth(9, 0.2), 9);
+        assert_eq!(MaxDepth::new([of(0.5, Fresnel::Exact)].iter(), true, false).last_depth(9, 0.2), 9);
     }
 }

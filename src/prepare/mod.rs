@@ -14,16 +14,16 @@ pub mod winding_number;
 use crate::kernel::abi::{self, double};
 use crate::prepare::bvh::{Bvh, Cache, CompressedNode, Forms, Prim, Wanted};
 use crate::prepare::local_frame::{LocalFrame, times_power_of_two};
-use crate::prepare::max_depth::Reach;
-use crate::prepare::scene_features::Found;
+use crate::prepare::max_depth::MaxDepth;
+use crate::prepare::scene_features::SceneFeatures;
 use crate::scene::bounds::Bounds;
 use crate::scene::{Fresnel, Scene};
 use crate::settings::forced_features::Feature;
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
 pub(crate) use recipe::Recipe;
-pub(crate) use rounding::WIDE_RADII;
-use rounding::{Rounding, wide_sphere};
+pub(crate) use rounding::SINGLE_RADII;
+use rounding::{Rounding, extended_sphere};
 use solids::{Solid, media};
 use triangles::{Kept, Triangles};
 
@@ -31,7 +31,7 @@ use triangles::{Kept, Triangles};
 pub const MEDIA_MAX: u32 = 8;
 /// Primitives of one kind, beside more of the other, that are tested one by one: a handful, so that the
 /// tests cost less than a second kind of leaf does at every step.
-const LOOSE_MAX: usize = 8;
+const OUTSIDE_MAX: usize = 8;
 /// Lights farther than 2^40 scene radii are drawn in to that distance along their direction, with
 /// the intensity that gives the same light: the direction turns by less than 2^-40.
 const LIGHT_FAR: f64 = 1_099_511_627_776.0;
@@ -50,13 +50,13 @@ pub struct Packed {
     /// Spheres in leaf order.
     pub spheres: Vec<double::Sphere>,
     /// Very large and very small spheres.
-    pub wide_spheres: Vec<double::WideSphere>,
+    pub extended_spheres: Vec<double::ExtendedSphere>,
     /// The hierarchy's nodes; one unused node for brute force, empty where rays walk in packets alone.
     pub nodes: Vec<double::Node>,
     /// The same as packets of rays read them; empty for brute force, and where no packets walk.
     pub compressed_nodes: Vec<CompressedNode>,
     /// Triangles, spheres are outside the hierarchy.
-    pub loose: [bool; 2],
+    pub outside: [bool; 2],
     /// Levels of the hierarchy; 0 for brute force.
     pub bvh_depth: usize,
     /// Entries that a packet's stack may take; 0 where no packets walk.
@@ -78,9 +78,9 @@ pub struct Packed {
     /// Up to how many primitives every one would be tested.
     pub brute_force_max: usize,
     /// What the scene has, stand-ins apart.
-    pub found: Found,
+    pub found: SceneFeatures,
     /// How deep its light can travel.
-    pub reach: Reach,
+    pub reach: MaxDepth,
     /// Some hit spawns two rays, or that is switched on.
     pub branching: bool,
     /// Triangles without area, dropped.
@@ -116,7 +116,7 @@ pub(crate) fn pack_by(
     let (count, flat_count) = (prims.len(), triangles.len() as u32);
 
     let mut spheres = Vec::with_capacity(scene.spheres.len());
-    let mut wide_spheres = Vec::new();
+    let mut extended_spheres = Vec::new();
     let sphere_bounds = |s: &double::Sphere| round.sphere_box(DVec3::from_array(s.center), s.radius.abs());
     for (i, s) in scene.spheres.iter().enumerate() {
         let (center, radius) = (frame.point(s.center), frame.length(s.radius));
@@ -135,11 +135,11 @@ pub(crate) fn pack_by(
         let rounded = round.point(center);
         let is_wide = precision != Precision::Fast && !single_radii.contains(&radius);
         let (radius, wide) = if is_wide {
-            wide_spheres.push(wide_sphere(center, radius, round));
+            extended_spheres.push(extended_sphere(center, radius, round));
             // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
             // roundings of centre and radius.
             let box_radius = round.number((radius + rounded.abs().max_element()) * 2f64.powi(-20) + radius);
-            (-box_radius, wide_spheres.len() as u32 - 1)
+            (-box_radius, extended_spheres.len() as u32 - 1)
         } else {
             (round.number(radius), abi::NONE)
         };
@@ -151,17 +151,17 @@ pub(crate) fn pack_by(
         spheres.push(packed);
     }
 
-    let mut found = Found {
+    let mut found = SceneFeatures {
         triangles: count as u64,
         spheres: spheres.len() as u64,
-        wide_spheres: wide_spheres.len() as u64,
+        extended_spheres: extended_spheres.len() as u64,
         smooth_normals: triangles.any_smooth,
         lights: scene.lights.len() as u64,
         solids: solids.len() as u64,
-        ..Found::default()
+        ..SceneFeatures::default()
     };
     let brute = prims.len() <= brute_force_max;
-    if spheres.is_empty() && (on(Feature::Spheres) || on(Feature::WideSpheres)) {
+    if spheres.is_empty() && (on(Feature::Spheres) || on(Feature::ExtendedSpheres)) {
         let stand_in = scene_features::sphere(flat_count);
         prims.push(Prim::of(flat_count, &sphere_bounds(&stand_in), true).0);
         exact = false;
@@ -181,9 +181,10 @@ pub(crate) fn pack_by(
     let count = count + usize::from(stand_in.is_some());
 
     // A few of one kind beside many of the other: the walk then has code for one kind only.
-    let few =
-        |count: usize, others: usize| count <= LOOSE_MAX && others > LOOSE_MAX && !on(Feature::MixedLeaves);
-    let loose = [few(count, spheres.len()), few(spheres.len(), count)];
+    let few = |count: usize, others: usize| {
+        count <= OUTSIDE_MAX && others > OUTSIDE_MAX && !on(Feature::MixedLeaves)
+    };
+    let outside = [few(count, spheres.len()), few(spheres.len(), count)];
     let of_sphere = |id: u32| (id - flat_count) as usize;
     let bounds = |id: u32| match &stand_in {
         Some((shape, _)) if shape.id == id => stand_in_bounds(shape),
@@ -199,7 +200,7 @@ pub(crate) fn pack_by(
     } else {
         let cache = Cache::of_user();
         let forms = if precision == Precision::Double { Forms::Nodes } else { forms };
-        let wanted = Wanted { loose, quality: settings.schedule.hierarchy, forms, cache: cache.as_ref() };
+        let wanted = Wanted { outside, quality: settings.schedule.hierarchy, forms, cache: cache.as_ref() };
         bvh::build_prims(prims, &wanted, if exact { None } else { Some(&bounds) })
     };
     let (triangle_order, sphere_order) = bvh.order.split_at(count);
@@ -220,10 +221,10 @@ pub(crate) fn pack_by(
     let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
     let branching = used().any(branches);
     let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
-    found = Found { mirrors, solids_at_once: at_once, branching, ..found };
+    found = SceneFeatures { mirrors, solids_at_once: at_once, branching, ..found };
     let reach = match on(Feature::Secondary) {
-        true => Reach::unlimited(branching),
-        false => Reach::new(used(), at_once > 1, branching),
+        true => MaxDepth::unlimited(branching),
+        false => MaxDepth::new(used(), at_once > 1, branching),
     };
     let mut lights: Vec<double::Light> = scene.lights.iter().map(|l| light(l, &frame)).collect();
     while on(Feature::Lights) && lights.len() < 2 {
@@ -235,10 +236,10 @@ pub(crate) fn pack_by(
         flat_normals,
         corner_normals,
         spheres: sphere_order.iter().map(|id| spheres[of_sphere(*id)]).collect(),
-        wide_spheres,
+        extended_spheres,
         nodes: bvh.nodes,
         compressed_nodes: bvh.compressed,
-        loose: loose.map(|l| l && !brute),
+        outside: outside.map(|l| l && !brute),
         bvh_depth: bvh.depth,
         packet_stack: bvh.packet_stack,
         materials: scene.materials.iter().map(material).collect(),
@@ -327,7 +328,7 @@ impl Packed {
             ("triangles", self.found.triangles > 0),
             ("smooth normals", self.found.smooth_normals),
             ("spheres", self.found.spheres > 0),
-            ("spheres beyond single precision", self.found.wide_spheres > 0),
+            ("spheres beyond single precision", self.found.extended_spheres > 0),
             ("bvh", self.bvh_depth > 0),
             ("lights", self.found.lights > 0),
             ("mirror", self.found.mirrors),

@@ -1,6 +1,6 @@
 //! The choices by which a scene becomes arrays.
 
-use super::rounding::WIDE_RADII;
+use super::rounding::SINGLE_RADII;
 use crate::prepare::bvh;
 use crate::prepare::local_frame::LocalFrame;
 use crate::scene::Scene;
@@ -33,7 +33,7 @@ impl Recipe {
             eye: frame.point(scene.camera.look_from),
             padding: bvh::PADDING,
             degenerate_normal: None,
-            single_radii: WIDE_RADII,
+            single_radii: SINGLE_RADII,
         }
     }
 }

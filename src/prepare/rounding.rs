@@ -7,10 +7,10 @@ use glam::DVec3;
 
 /// Radii that single numbers serve: outside, a ratio of distance to radius above 2^15 leaves f32 no
 /// silhouette (numerics.md, Spheres: f32 holds to 1e5), and a surface too far from its centre no position.
-pub(crate) const WIDE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
+pub(crate) const SINGLE_RADII: std::ops::RangeInclusive<f64> = (1.0 / 16_384.0)..=4096.0;
 
 /// A number as a sum of two, each rounded as the kernels round.
-pub(super) fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double::WideSphere {
+pub(super) fn extended_sphere(center: DVec3, radius: f64, round: Rounding) -> double::ExtendedSphere {
     // The surface point nearest the origin; for a centre at the origin, any. Its distance is the
     // difference of two numbers that may be near equal, a planet's radius and its centre's distance,
     // so it comes from the difference of their squares, error-free (Dekker's product by fma).
@@ -33,7 +33,7 @@ pub(super) fn wide_sphere(center: DVec3, radius: f64, round: Rounding) -> double
     };
     let ((point, point_low), (normal, normal_low)) = (split(point), split(normal));
     let high = round.number(radius);
-    double::WideSphere {
+    double::ExtendedSphere {
         point,
         point_low,
         normal,

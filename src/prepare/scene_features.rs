@@ -6,13 +6,14 @@ use serde::Serialize;
 
 /// What the kernels need for a scene, and no more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Found {
+pub struct SceneFeatures {
     /// Triangles with an area.
     pub triangles: u64,
     /// Spheres.
     pub spheres: u64,
     /// Those that single precision cannot hold: radii outside 2^-14 to 2^12 of the scene's.
-    pub wide_spheres: u64,
+    #[serde(rename = "wide_spheres")]
+    pub extended_spheres: u64,
     /// Some triangle has normals at its corners.
     pub smooth_normals: bool,
     /// Point lights.
@@ -27,7 +28,7 @@ pub struct Found {
     pub branching: bool,
 }
 
-impl Found {
+impl SceneFeatures {
     /// The scene's primitives.
     pub fn primitives(&self) -> u64 {
         self.triangles + self.spheres

@@ -31,7 +31,7 @@ use crate::plan::{Plan, PlannedScene, Purpose};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
 use crate::report::Report;
-use crate::report::explain::Outline;
+use crate::report::explain::ExplainedPlan;
 use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines};
@@ -292,7 +292,7 @@ impl Renderer {
     }
 
     /// Explains what [`Renderer::build`] planned, refused or not; `file` is the scene's path as given.
-    pub(crate) fn explain(&self, built: &Built, file: &str) -> Outline {
+    pub(crate) fn explain(&self, built: &Built, file: &str) -> ExplainedPlan {
         let PlannedScene { packed, settings, limits, .. } = &built.planned;
         explain(file, &self.device.info(), packed, settings, limits, built.planned.plan().ok())
     }

@@ -9,8 +9,8 @@ use crate::kernel::abi::double::Camera;
 use crate::plan::explain::explain;
 use crate::plan::{Plan, PlannedScene};
 use crate::prepare::{Packed, coincident_solids};
-use crate::report::explain::Outline;
-use crate::report::timeline::{FrameTrace, Phase};
+use crate::report::explain::ExplainedPlan;
+use crate::report::timeline::{Phase, RenderTimeline};
 use crate::report::{DeviceInfo, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -32,8 +32,8 @@ pub struct Prepared {
     pub(super) built: Duration,
     /// Time that went into opening the device, kernels and buffers.
     pub(super) prepared: Duration,
-    /// Phases not yet taken ([`Prepared::take_trace`]).
-    trace: FrameTrace,
+    /// Phases not yet taken ([`Prepared::take_timeline`]).
+    trace: RenderTimeline,
 }
 
 /// A scene packed and planned for a device, and what that took.
@@ -59,7 +59,7 @@ impl Built {
 impl Prepared {
     pub(super) fn new(renderer: &mut Renderer, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
         let Built { planned, mut warnings, start, seconds } = built;
-        let mut trace = FrameTrace::default();
+        let mut trace = RenderTimeline::default();
         trace.phases.push(Phase { end: start + seconds, ..Phase::since("build", start) });
         let start = Instant::now();
         let plan = planned.plan()?;
@@ -122,12 +122,12 @@ impl Prepared {
 
     /// The plan explained; `file` is the scene's path as given.
     #[doc(hidden)]
-    pub fn explain(&self, file: &str) -> Outline {
+    pub fn explain(&self, file: &str) -> ExplainedPlan {
         let PlannedScene { packed, settings, limits, .. } = &self.planned;
         explain(file, &self.device, packed, settings, limits, Some(self.plan()))
     }
 
-    /// Keeps the submits of the renders to come for [`Prepared::take_trace`], one batch in each, so that the items
+    /// Keeps the submits of the renders to come for [`Prepared::take_timeline`], one batch in each, so that the items
     /// of every dispatch are known.
     #[doc(hidden)]
     pub fn keep_submits(&mut self, keep: bool) {
@@ -136,7 +136,7 @@ impl Prepared {
 
     /// When phases began and ended since the last call, and the submits if they were kept.
     #[doc(hidden)]
-    pub fn take_trace(&mut self) -> FrameTrace {
+    pub fn take_timeline(&mut self) -> RenderTimeline {
         std::mem::take(&mut self.trace)
     }
 

@@ -83,7 +83,7 @@ pub(super) fn uploads<'a>(
         Upload::new::<_, abi::single::FlatNormal>(Buf::FlatNormals, &packed.flat_normals, double),
         Upload::new::<_, abi::single::CornerNormals>(Buf::CornerNormals, &packed.corner_normals, double),
         Upload::new::<_, abi::single::Sphere>(Buf::Spheres, &packed.spheres, double),
-        Upload::new::<_, abi::single::WideSphere>(Buf::WideSpheres, &packed.wide_spheres, double),
+        Upload::new::<_, abi::single::ExtendedSphere>(Buf::ExtendedSpheres, &packed.extended_spheres, double),
         Upload::new::<_, abi::single::Node>(Buf::Nodes, &packed.nodes, double),
         Upload::plain(Buf::CompressedNodes, packed.compressed_nodes.as_flattened()),
         Upload::new::<_, abi::single::Material>(Buf::Materials, &packed.materials, double),

@@ -256,7 +256,8 @@ pub struct ErrorInfo {
     pub sampling_estimate: f64,
     /// Upper bound on the contribution of rays that were not traced, to the clamped image.
     pub truncation: f64,
-    /// False if the light of rays that were not traced has no bound; clamped, it is still at most `truncation`.
+    /// False if the light of rays that were not traced has no bound; clamped, it is still at most
+    /// `truncation`.
     pub truncation_bounded: bool,
     /// Reason that `truncation_bounded` is false.
     pub truncation_unbounded_why: Option<String>,

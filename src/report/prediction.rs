@@ -19,7 +19,8 @@ pub struct Prediction {
     pub rays: u64,
     /// One row per depth.
     pub by_depth: Vec<DepthForecast>,
-    /// Seconds to read the scene, build buffers and create pipelines, as just measured; None without a trial.
+    /// Seconds to read the scene, build buffers and create pipelines, as just measured; None
+    /// without a trial.
     pub start: Option<f64>,
 }
 

@@ -1,7 +1,7 @@
-//! The receipt of a render: its plan, its measured time and memory, and the cost of each feature that the scene
-//! does not use. Serde data and its text; `lab::receipt` measures it.
+//! The receipt of a render: its plan, its measured time and memory, and the cost of each feature
+//! that the scene does not use. Serde data and its text; `lab::receipt` measures it.
 
-use super::explain::{self, Outline};
+use super::explain::{self, ExplainedPlan};
 use super::table::{Align, Table};
 use crate::stats::Quartiles;
 use crate::units::{bytes, grouped, plural, seconds};
@@ -11,7 +11,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Serialize)]
 pub struct Receipt {
     /// The plan with the predicted time.
-    pub outline: Outline,
+    pub outline: ExplainedPlan,
     /// Cost of each kernel, summed over depths, in the order of dispatch.
     pub parts: Vec<Part>,
     /// Measured render time, seconds.

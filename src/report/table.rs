@@ -68,7 +68,8 @@ pub fn summary(report: &Report) -> String {
     )
 }
 
-/// The error budget, and whether the error or time that was asked for was kept; empty without a budget.
+/// The error budget, and whether the error or time that was asked for was kept; empty without a
+/// budget.
 pub fn error(report: &Report) -> Vec<String> {
     let Some(e) = &report.error else { return Vec::new() };
     let mut lines = vec![format!(

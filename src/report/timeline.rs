@@ -45,7 +45,8 @@ pub struct Dispatched {
     pub begin: Option<f64>,
     /// Until the barrier that closes it.
     pub seconds: f64,
-    /// Live rays, samples or pixels; None if a queue was too small and nothing of the submit counts.
+    /// Live rays, samples or pixels; None if a queue was too small and nothing of the submit
+    /// counts.
     pub items: Option<u64>,
     /// Rays at the next depth; 0 where the pass makes none, None as above.
     pub children: Option<u64>,
@@ -55,7 +56,7 @@ pub struct Dispatched {
 
 /// One render.
 #[derive(Debug, Clone, Default)]
-pub struct FrameTrace {
+pub struct RenderTimeline {
     /// One after the other.
     pub phases: Vec<Phase>,
     /// Inside the last phase.
@@ -66,8 +67,8 @@ const PROCESS: u32 = 1;
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 
-/// The trace: `phases` and submits of the host, and the device's passes. Times count from `zero`; `bytes`
-/// says what a dispatch moves, if that is known.
+/// The trace: `phases` and submits of the host, and the device's passes. Times count from `zero`;
+/// `bytes` says what a dispatch moves, if that is known.
 pub fn trace(
     zero: Instant,
     device: &str,
@@ -91,7 +92,8 @@ pub fn trace(
         events.push(event(name, HOST, host, json!({"submit": number, "dispatches": submit.passes.len()})));
         let shift = alignment.shift(zero, submit);
         for (pass, begin) in submit.passes.iter().zip(begins(submit)) {
-            // Whole nanoseconds; the end of one is the beginning of the next, whatever rounding says.
+            // Whole nanoseconds; the end of one is the beginning of the next, whatever rounding
+            // says.
             let at = |seconds: f64| (1e9 * (seconds + shift)).round().max(0.0) as u64;
             let (begin, end) = (at(begin).max(free), at(begin + pass.seconds).max(free));
             free = end;
@@ -125,7 +127,8 @@ fn span(zero: Instant, begin: Instant, end: Instant) -> [u64; 2] {
     [begin, end.max(begin)]
 }
 
-/// Where each dispatch begins by the device's clock; without timestamps, one after the other from 0.
+/// Where each dispatch begins by the device's clock; without timestamps, one after the other from
+/// 0.
 fn begins(submit: &Submit) -> Vec<f64> {
     let mut next = 0.0;
     let stamped = stamped(submit);
@@ -144,8 +147,8 @@ fn stamped(submit: &Submit) -> bool {
 /// What to add to the device's clock to have the host's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Alignment {
-    /// One number for all: least and greatest with which every submit's passes lie between the submit
-    /// and its end.
+    /// One number for all: least and greatest with which every submit's passes lie between the
+    /// submit and its end.
     Whole(f64, f64),
     /// The clocks differ in pace, or there are no timestamps: each submit by itself.
     Each,

@@ -1,13 +1,14 @@
-//! Features that kernels can support although the scene does not use them: they then contain the code and buffers,
-//! and the image is the same, bit for bit. Used to measure the cost of a feature and to test the specialised
-//! kernels.
+//! Features that kernels can support although the scene does not use them: they then contain the
+//! code and buffers, and the image is the same, bit for bit. Used to measure the cost of a feature
+//! and to test the specialised kernels.
 
 use std::fmt;
 use std::str::FromStr;
 
 macro_rules! features {
     ($($(#[$meta:meta])* $name:ident, $word:literal, $what:literal;)*) => {
-        /// A feature that kernels can be compiled without. Switching on one that the scene uses has no effect.
+        /// A feature that kernels can be compiled without. Switching on one that the scene uses has
+        /// no effect.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(u32)]
         pub enum Feature { $($(#[$meta])* $name,)* }
@@ -35,7 +36,7 @@ features! {
     /// Adds a sphere far outside the scene.
     Spheres, "spheres", "a sphere that no ray meets";
     /// Adds the double-length sphere test, and a sphere that needs it if there is none.
-    WideSpheres, "wide-spheres", "the test for spheres too large or small for single precision";
+    ExtendedSpheres, "wide-spheres", "the test for spheres too large or small for single precision";
     /// Adds interpolated normals, although no vertex has one.
     SmoothNormals, "smooth-normals", "normals at the vertices of triangles";
     /// Adds a second light of intensity 0; its shadow rays are traced.
@@ -68,18 +69,18 @@ impl fmt::Display for Feature {
 
 /// A set of features to switch on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct General(u32);
+pub struct ForcedFeatures(u32);
 
-impl General {
+impl ForcedFeatures {
     /// Every feature.
-    pub fn all() -> General {
-        Feature::ALL.iter().fold(General::default(), |set, f| set.with(*f))
+    pub fn all() -> ForcedFeatures {
+        Feature::ALL.iter().fold(ForcedFeatures::default(), |set, f| set.with(*f))
     }
 
     /// This set and `feature`.
     #[must_use]
-    pub fn with(self, feature: Feature) -> General {
-        General(self.0 | 1 << feature as u32)
+    pub fn with(self, feature: Feature) -> ForcedFeatures {
+        ForcedFeatures(self.0 | 1 << feature as u32)
     }
 
     /// True if `feature` is switched on.
@@ -93,14 +94,14 @@ impl General {
     }
 }
 
-impl FromStr for General {
+impl FromStr for ForcedFeatures {
     type Err = String;
 
     /// Words separated by commas; `all` is every feature.
-    fn from_str(text: &str) -> Result<General, String> {
+    fn from_str(text: &str) -> Result<ForcedFeatures, String> {
         let known = || Feature::ALL.iter().map(|f| f.name()).collect::<Vec<_>>().join(", ");
-        text.split(',').try_fold(General::default(), |set, word| match word.trim() {
-            "all" => Ok(General::all()),
+        text.split(',').try_fold(ForcedFeatures::default(), |set, word| match word.trim() {
+            "all" => Ok(ForcedFeatures::all()),
             word => match Feature::ALL.iter().find(|f| f.name() == word) {
                 Some(feature) => Ok(set.with(*feature)),
                 None => Err(format!("write all, or any of {}", known())),
@@ -115,15 +116,14 @@ mod tests {
 
     #[test]
     fn words_are_features() {
-        let set: General = "spheres, hierarchy".parse().unwrap();
-        assert_eq!(set, General::default().with(Feature::Spheres).with(Feature::Hierarchy));
+        let set: ForcedFeatures = "spheres, hierarchy".parse().unwrap();
+        assert_eq!(set, ForcedFeatures::default().with(Feature::Spheres).with(Feature::Hierarchy));
         assert!(set.has(Feature::Spheres) && !set.has(Feature::Triangles) && !set.is_empty());
-        assert_eq!("all".parse(), Ok(General::all()));
+        assert_eq!("all".parse(), Ok(ForcedFeatures::all()));
         assert!(
-            Feature::ALL
-                .iter()
-                .all(|f| General::all().has(*f) && f.name().parse() == Ok(General::default().with(*f)))
+            Feature::ALL.iter().all(|f| ForcedFeatures::all().has(*f)
+                && f.name().parse() == Ok(ForcedFeatures::default().with(*f)))
         );
-        assert!("sphere".parse::<General>().unwrap_err().contains("spheres"));
+        assert!("sphere".parse::<ForcedFeatures>().unwrap_err().contains("spheres"));
     }
 }

@@ -8,7 +8,7 @@ pub mod sampler;
 pub use error::SettingsError;
 
 use crate::scene::Scene;
-use crate::settings::forced_features::General;
+use crate::settings::forced_features::ForcedFeatures;
 use crate::settings::sampler::Sampler;
 use std::str::FromStr;
 
@@ -230,7 +230,7 @@ pub struct Schedule {
     /// One kernel for the stages of a depth, as in long renders, where the plan has one.
     pub fused: Option<bool>,
     /// Features that kernels have although the scene lacks them.
-    pub general: General,
+    pub general: ForcedFeatures,
 }
 
 #[cfg(test)]

@@ -178,7 +178,7 @@ impl Candidate {
         } else if self.queue_family.is_none() {
             Some("it has no compute queue".into())
         } else if !self.scalar_layout {
-            Some("it lacks scalarBlockLayout".into())
+            Some("it does not support scalarBlockLayout".into())
         } else if limits.max_per_stage_descriptor_storage_buffers < STORAGE_BUFFERS_PER_STAGE {
             Some(format!(
                 "it binds {} storage buffers at once, {STORAGE_BUFFERS_PER_STAGE} are needed",

@@ -4,6 +4,7 @@ use crate::pages::{all, read};
 use clap::CommandFactory;
 use std::path::Path;
 use whitted::cli::args::Cli;
+use whitted::scene::Scene;
 
 /// True if `text` has `word` with nothing of a name before or behind it.
 fn names(text: &str, word: &str) -> bool {
@@ -92,46 +93,30 @@ fn the_guide_covers_every_command() {
     }
 }
 
-#[test]
-fn the_readme_names_what_the_script_does() {
-    let (readme, script) = (read("README.md"), read("whitted.sh"));
-    for word in ["render", "test"] {
-        assert!(
-            readme.contains(&format!("./whitted.sh {word}")),
-            "README.md does not name ./whitted.sh {word}"
-        );
-        assert!(script.contains(&format!("./whitted.sh {word}")), "whitted.sh has no {word}");
-    }
-    assert!(readme.lines().count() <= 200, "README.md is a front page, not a manual");
+/// The keys of a table, as the remedy of an unknown one lists them.
+fn keys_of(table: &str) -> Vec<String> {
+    let camera = "[camera]\nlook_from = [0, 0, 5]\nlook_at = [0, 0, 0]\n";
+    let text = match table {
+        "" => format!("zzz = 1\n{camera}"),
+        "[camera]" => format!("{camera}zzz = 1\n"),
+        other => format!("{camera}{other}\nzzz = 1\n"),
+    };
+    let error = Scene::parse(&text, Path::new("a.toml")).expect_err("an unknown key");
+    assert!(error.message.contains("zzz"), "{error}");
+    error.remedy.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
 #[test]
 fn the_scene_format_names_every_key() {
     let text = read("docs/scene-format.md");
-    // The words that the readers accept, from the readers.
-    let parser = read("src/scene/parse.rs") + &read("src/scene/material.rs");
-    let mut keys: Vec<&str> = Vec::new();
-    for part in parser.split("only(&[").skip(1).chain(parser.split("const TOP").skip(1)) {
-        let list = part.split(';').next().unwrap_or_default();
-        keys.extend(
-            list.split('"')
-                .skip(1)
-                .step_by(2)
-                .filter(|k| k.chars().all(|c| c.is_ascii_lowercase() || c == '_')),
-        );
-    }
-    let top = parser.split("const TOP: [&str; 7] = [").nth(1).and_then(|t| t.split(']').next());
-    keys.extend(top.expect("the list of tables").split('"').skip(1).step_by(2));
-    assert!(keys.contains(&"look_from") && keys.contains(&"secondary") && keys.contains(&"mesh"), "{keys:?}");
-    for key in keys {
-        assert!(names(&text, key), "docs/scene-format.md does not name `{key}`");
-    }
-    let mtl = read("src/scene/mtl.rs");
-    for key in mtl.split('"').skip(1).step_by(2).filter(|k| k.starts_with("whitted_") && k.len() > 8) {
-        assert!(
-            names(&text, key.split(' ').next().unwrap_or(key)),
-            "docs/scene-format.md does not name `{key}`"
-        );
+    let tables =
+        ["", "[camera]", "[render]", "[[light]]", "[material.a]", "[[sphere]]", "[[polygon]]", "[[mesh]]"];
+    for table in tables {
+        let keys = keys_of(table);
+        assert!(keys.len() > 1, "{table}: {keys:?}");
+        for key in keys {
+            assert!(names(&text, &key), "docs/scene-format.md does not name `{key}`");
+        }
     }
 }
 

@@ -28,7 +28,7 @@ pub struct Variant {
     replicates: u32,
     survey: bool,
     /// Triangles beside a hierarchy of spheres, read through texel views.
-    loose: bool,
+    outside: bool,
 }
 
 /// Everything on, everything off, the report's way, and what a software device does apart.
@@ -50,7 +50,7 @@ pub fn variants() -> [(&'static str, Variant); 4] {
                 sampler: Sampler::Owen,
                 replicates: 3,
                 survey: true,
-                loose: false,
+                outside: false,
             },
         ),
         (
@@ -69,7 +69,7 @@ pub fn variants() -> [(&'static str, Variant); 4] {
                 sampler: Sampler::Stratified,
                 replicates: 5,
                 survey: false,
-                loose: false,
+                outside: false,
             },
         ),
         (
@@ -88,7 +88,7 @@ pub fn variants() -> [(&'static str, Variant); 4] {
                 sampler: Sampler::Random,
                 replicates: 2,
                 survey: true,
-                loose: false,
+                outside: false,
             },
         ),
         (
@@ -105,7 +105,7 @@ pub fn variants() -> [(&'static str, Variant); 4] {
                 wide: false,
                 robust: true,
                 origin_fixed: false,
-                loose: true,
+                outside: true,
                 sampler: Sampler::Owen,
                 replicates: 1,
                 survey: false,
@@ -136,7 +136,7 @@ impl State {
             use_bvh: u32::from(v.bvh),
             smooth_normals: u32::from(v.smooth),
             media_capacity: v.media,
-            wide_spheres_used: u32::from(v.wide),
+            extended_spheres_used: u32::from(v.wide),
             robust: u32::from(v.robust),
             origin_fixed: u32::from(v.origin_fixed),
             branching: u32::from(v.branching),
@@ -144,8 +144,8 @@ impl State {
             sampler_kind: v.sampler.word(),
             replicates: v.replicates,
             survey: u32::from(v.survey),
-            texels: u32::from(v.loose),
-            loose_triangles: u32::from(v.loose),
+            texels: u32::from(v.outside),
+            triangles_outside: u32::from(v.outside),
             ..Specialisation::default()
         };
         let length = |buffer| match buffer {
@@ -342,7 +342,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
         .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
         .collect();
     let order: Vec<u32> = if v.bvh {
-        let built = bvh::build(&items, &Wanted { loose: [v.loose, false], ..Wanted::default() });
+        let built = bvh::build(&items, &Wanted { outside: [v.outside, false], ..Wanted::default() });
         m.nodes = built.nodes.iter().map(Node::from).collect();
         // Equally many for every seed, so that one set of buffers serves all.
         m.nodes.resize(items.len(), Node::default());
@@ -369,7 +369,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     }
     // Every second sphere in double length, large or small, with its box as the stand-in.
     let count = if v.wide { m.spheres.len() / 2 } else { 0 };
-    m.wide_spheres = (0..count)
+    m.extended_spheres = (0..count)
         .map(|i| {
             let radius = rng.pick(&[1e-5, 1e-3, 1e4, 6e6, 1e9]);
             let normal = Vec3::from(rng.direction());
@@ -379,7 +379,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
                 Sphere { center: center.into(), radius: -radius * 1.000_001 - 1e-6, ..m.spheres[i] };
             m.spheres[i] = Sphere { wide: i as u32, ..stand_in };
             let low = |v: Vec3, rng: &mut Rng| (3e-8 * v * Vec3::from(rng.vector())).to_array();
-            WideSphere {
+            ExtendedSphere {
                 point: point.into(),
                 point_low: low(point, rng),
                 normal: normal.into(),
@@ -389,8 +389,8 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
             }
         })
         .collect();
-    if m.wide_spheres.is_empty() {
-        m.wide_spheres = vec![WideSphere::default()];
+    if m.extended_spheres.is_empty() {
+        m.extended_spheres = vec![ExtendedSphere::default()];
     }
     m.corner_normals = m
         .triangles
@@ -410,7 +410,7 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
 
 /// A sphere with its radius, also where that is written in double length.
 fn real_sphere(m: &Memory, at: u32) -> Sphere {
-    match m.wide_spheres.get(m.spheres[at as usize].wide as usize) {
+    match m.extended_spheres.get(m.spheres[at as usize].wide as usize) {
         Some(w) => {
             let center = Vec3::from(w.point) - w.radius * Vec3::from(w.normal);
             Sphere { center: center.into(), radius: w.radius, ..m.spheres[at as usize] }

@@ -29,7 +29,7 @@ vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_ray
     real3 origin = faces ? spawn_origin(s.position, s.offset, away, camera[0].origin_shift) : real3(0.0);
     real3 direction = faces ? light.position - origin : real3(1.0);
     // The whole segment is one unit of t: occluders lie strictly between (numerics.md, Spawn origins).
-    TraceRay r = make_trace_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
+    TraversalRay r = make_traversal_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
     real limit = faces ? before_light(light.position, direction) : real(0.0);
     if ((!by_tree && texels != 0u) || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;

@@ -1,7 +1,7 @@
 // The surface that a ray struck: position, normal, medium change, share of reflection, and which children
 // the ray has. Whitted, CACM 23(6), 1980.
 // Needs FETCHES_4(triangles), FETCHES_1(flat_normals), READS(corner_normals), FETCHES_2(spheres),
-// READS(wide_spheres), FETCHES_2(materials), READS(solid_iors), READS(solid_priorities), READS(media), UPDATES(paths).
+// READS(extended_spheres), FETCHES_2(materials), READS(solid_iors), READS(solid_priorities), READS(media), UPDATES(paths).
 #include "optics/surface.glsl"
 #include "optics/media.glsl"
 #include "optics/fresnel.glsl"
@@ -44,7 +44,7 @@ Surface strike(uint i, Ray ray, Hit h, out Material m) {
         uint j = h.primitive - triangle_count;
         Sphere sphere = load_spheres(j);
         uint wide = sphere.wide;
-        p = wide_spheres_used != 0u && wide != NONE ? wide_sphere_point(wide_spheres[wide], o, d, h.t)
+        p = extended_spheres_used != 0u && wide != NONE ? wide_sphere_point(extended_spheres[wide], o, d, h.t)
                                                     : sphere_point(sphere, o, d, h.t);
         s.material = sphere.material;
         s.solid = sphere.solid;

@@ -63,7 +63,7 @@ real3 smooth_normal(CornerNormals c, real3 flat_normal, real3 geometric, real u,
     return side < 0.0 ? -n : n;
 }
 
-Point wide_sphere_point(WideSphere s, real3 o, real3 d, real t) {
+Point wide_sphere_point(ExtendedSphere s, real3 o, real3 d, real t) {
     Point p;
     real3 at = o + t * d;
     if (s.radius > 1.0) {

@@ -56,7 +56,7 @@ bool may_hit_sphere(Sphere s, real3 o, real3 d, bool own) {
 
 // The same for a sphere whose radius f32 cannot tell from its distance, or the other way round
 // (numerics.md, Spheres: local radii outside [2^-14, 2^12]). All in double length; c = |o - p|^2 + 2 r n.(o - p).
-bool hit_wide_sphere(WideSphere s, real3 o, real3 d, bool own, out real t) {
+bool hit_extended_sphere(ExtendedSphere s, real3 o, real3 d, bool own, out real t) {
     Wide3 n = wide3(s.normal, s.normal_low);
     Wide r = Wide(s.radius, s.radius_low);
     Wide3 to = wide_add(wide3(o, real3(0.0)), wide3(-s.point, -s.point_low));

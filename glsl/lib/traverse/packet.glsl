@@ -75,7 +75,7 @@ uint pick(uint low, uint high, uint i) {
 #define IS_KEPT(k) (uint(k) * lanes <= stack_size)
 
 // The kind outside the hierarchy, one after the other.
-void test_loose(TraceRay r, bool alive, bool any, inout Best best) {
+void test_outside(TraversalRay r, bool alive, bool any, inout Best best) {
     for (uint i = 0u; i < few_triangles; i++) {
         try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);
     }
@@ -97,7 +97,7 @@ void test_loose(TraceRay r, bool alive, bool any, inout Best best) {
 
 // `alive`: the ray looks for hits up to best.t. Loops end in their conditions, for lavapipe runs what
 // follows a break once more for nobody; it runs both sides of a branch, and skips nothing else.
-void walk_packet(TraceRay r, bool alive, bool any, inout Best best) {
+void walk_packet(TraversalRay r, bool alive, bool any, inout Best best) {
 #define DECLARE(k) uint kept_##k = DONE;
     EACH_KEPT(DECLARE)
     uint lane = gl_SubgroupInvocationID;

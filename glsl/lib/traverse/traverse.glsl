@@ -1,5 +1,5 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
-// spheres. Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(wide_spheres), FETCHES_NODES,
+// spheres. Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(extended_spheres), FETCHES_NODES,
 // UPDATES(counters).
 #include "base/numeric.glsl"
 #include "shape/triangle.glsl"
@@ -12,7 +12,7 @@
 // Larger than any t in the local frame, yet finite.
 const real FAR = 3.0e38;
 
-struct TraceRay {
+struct TraversalRay {
     real3 origin;
     real3 direction;
     real3 inverse; // of the direction, bounded
@@ -20,8 +20,8 @@ struct TraceRay {
     uint skip; // primitive the ray starts on, or NONE
 };
 
-TraceRay make_trace_ray(real3 origin, real3 direction, uint skip) {
-    return TraceRay(origin, direction, safe_reciprocal(direction), make_shear(direction), skip);
+TraversalRay make_traversal_ray(real3 origin, real3 direction, uint skip) {
+    return TraversalRay(origin, direction, safe_reciprocal(direction), make_shear(direction), skip);
 }
 
 // The nearest hit so far, with the primitive's position in the scene's own order: ties go to the smallest,
@@ -36,7 +36,7 @@ struct Best {
 // height (slivers), so that a ray which leaves a surface may seem to meet a neighbour in its plane.
 // The origin's side of the plane is what the spawn offset keeps clear of doubt. Where rounding could
 // have made either sign (4u a component), the hit stands: meshes stay closed.
-bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
+bool recedes(Triangle t, real3 normal, TraversalRay r, real distance) {
     real3 e1 = t.b - t.a, e2 = t.c - t.a, to = t.a - r.origin;
     real m1 = max_component(e1), m2 = max_component(e2);
     bool is_far = distance * max_component(r.direction) > (m1 > m2 ? m1 : m2);
@@ -48,7 +48,7 @@ bool recedes(Triangle t, real3 normal, TraceRay r, real distance) {
 // Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
 // confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
 // then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
-void take_hit(Best h, bool hit, real3 lo, real3 hi, TraceRay r, inout Best best) {
+void take_hit(Best h, bool hit, real3 lo, real3 hi, TraversalRay r, inout Best best) {
     // One condition and no early return: lavapipe would keep the values of each way out.
     if (robust != 0u) {
         real near, far;
@@ -67,7 +67,7 @@ void take_hit(Best h, bool hit, real3 lo, real3 hi, TraceRay r, inout Best best)
 }
 
 // `may`: the ray is to be tested at all.
-void try_triangle(Triangle t, uint primitive, bool may, TraceRay r, inout Best best) {
+void try_triangle(Triangle t, uint primitive, bool may, TraversalRay r, inout Best best) {
     Best h;
     h.primitive = primitive;
     h.id = t.id;
@@ -79,17 +79,17 @@ void try_triangle(Triangle t, uint primitive, bool may, TraceRay r, inout Best b
     take_hit(h, may && hit && primitive != r.skip && !false_hit, lo, hi, r, best);
 }
 
-void test_triangle(uint primitive, TraceRay r, inout Best best) {
+void test_triangle(uint primitive, TraversalRay r, inout Best best) {
     try_triangle(load_triangles(primitive), primitive, true, r, best);
 }
 
-void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best) {
+void try_sphere(Sphere s, uint primitive, bool may, TraversalRay r, inout Best best) {
     Best h = Best(0.0, 0.0, 0.0, primitive, s.id);
     bool hit;
-    if (wide_spheres_used != 0u && s.radius < 0.0) {
+    if (extended_spheres_used != 0u && s.radius < 0.0) {
         s.radius = -s.radius;
-        WideSphere w = wide_spheres[s.wide];
-        hit = hit_wide_sphere(w, r.origin, r.direction, primitive == r.skip, h.t);
+        ExtendedSphere w = extended_spheres[s.wide];
+        hit = hit_extended_sphere(w, r.origin, r.direction, primitive == r.skip, h.t);
     } else {
         hit = hit_sphere(s, r.origin, r.direction, primitive == r.skip, h.t);
     }
@@ -98,17 +98,17 @@ void try_sphere(Sphere s, uint primitive, bool may, TraceRay r, inout Best best)
     take_hit(h, may && hit, lo, hi, r, best);
 }
 
-void test_sphere(uint primitive, TraceRay r, inout Best best) {
+void test_sphere(uint primitive, TraversalRay r, inout Best best) {
     try_sphere(load_spheres(primitive - triangle_count), primitive, true, r, best);
 }
 
 const bool by_tree = use_bvh != 0u;
 
 // What is tested one by one: everything, or the kind of which there are few.
-const uint few_triangles = !by_tree || loose_triangles != 0u ? triangle_count : 0u;
-const uint few_spheres = !by_tree || loose_spheres != 0u ? sphere_count : 0u;
+const uint few_triangles = !by_tree || triangles_outside != 0u ? triangle_count : 0u;
+const uint few_spheres = !by_tree || spheres_outside != 0u ? sphere_count : 0u;
 
-uint filter_triangle(uint i, TraceRay r) {
+uint filter_triangle(uint i, TraversalRay r) {
 #ifdef LANES
     Triangle t = gather_triangle(i);
 #else
@@ -121,7 +121,7 @@ uint filter_triangle(uint i, TraceRay r) {
     return may ? 1u << i : 0u;
 }
 
-uint filter_sphere(uint i, TraceRay r) {
+uint filter_sphere(uint i, TraversalRay r) {
 #ifdef LANES
     Sphere s = gather_sphere(i);
 #else
@@ -135,7 +135,7 @@ uint filter_sphere(uint i, TraceRay r) {
 // for each of them, then the whole test for what it lets through. Outside all control flow lavapipe
 // loads an address that all lanes share once, and it runs both sides of a branch
 // (docs/design/decisions/005-brute-force-filter.md); a GPU does not diverge.
-void walk_few(TraceRay r, bool any, inout Best best) {
+void walk_few(TraversalRay r, bool any, inout Best best) {
     uint candidates = 0u;
     [[unroll]] for (uint i = 0u; i < few_triangles; i++) candidates |= filter_triangle(i, r);
     [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, r);
@@ -175,7 +175,7 @@ void walk_few(TraceRay r, bool any, inout Best best) {
 #endif
 }
 
-void walk_brute(TraceRay r, bool any, inout Best best) {
+void walk_brute(TraversalRay r, bool any, inout Best best) {
     if (triangle_count + sphere_count <= UNROLL_MAX) {
         walk_few(r, any, best);
     } else {
@@ -185,8 +185,8 @@ void walk_brute(TraceRay r, bool any, inout Best best) {
 }
 
 // Kinds in the hierarchy: the walk has no code for one that is not.
-const bool tree_triangles = triangle_count != 0u && loose_triangles == 0u;
-const bool tree_spheres = sphere_count != 0u && loose_spheres == 0u;
+const bool tree_triangles = triangle_count != 0u && triangles_outside == 0u;
+const bool tree_spheres = sphere_count != 0u && spheres_outside == 0u;
 
 // No node and no leaf: the end of a walk.
 const uint DONE = 0xffffffffu;
@@ -195,7 +195,7 @@ const uint DONE = 0xffffffffu;
 #include "traverse/packet.glsl"
 #else
 // False only where the test of a primitive finds no hit.
-bool may_hit(uint primitive, TraceRay r) {
+bool may_hit(uint primitive, TraversalRay r) {
     bool may = true;
     if (tree_triangles && primitive < triangle_count) {
         may = primitive != r.skip && may_hit_triangle(load_triangles(primitive), r.origin, r.shear);
@@ -207,7 +207,7 @@ bool may_hit(uint primitive, TraceRay r) {
 }
 
 // Entry distance into a child's box, or FAR if the ray misses it.
-real entry(real3 lo, real3 hi, TraceRay r, real limit) {
+real entry(real3 lo, real3 hi, TraversalRay r, real limit) {
     real t = enter_box(lo, hi, r.origin, r.inverse, limit);
     return t >= 0.0 ? t : FAR;
 }
@@ -227,7 +227,7 @@ void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
 // for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs",
 // HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes the filter, and
 // the whole test when each lane has one or is done.
-void walk_bvh(TraceRay r, bool any, inout Best best) {
+void walk_bvh(TraversalRay r, bool any, inout Best best) {
     uint stack[STACK_SIZE + 4u]; // below all DONE, above all what is written and not kept
     stack[0] = DONE;
     uint top = 1u, steps = 0u;
@@ -293,7 +293,7 @@ void walk_bvh(TraceRay r, bool any, inout Best best) {
 #endif
 
 // Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
-Hit closest_hit(TraceRay r, real limit, bool any) {
+Hit closest_hit(TraversalRay r, real limit, bool any) {
     bool finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
@@ -303,7 +303,7 @@ Hit closest_hit(TraceRay r, real limit, bool any) {
         return Hit(best.t, best.u, best.v, best.primitive);
     }
 #ifdef LANES
-    test_loose(r, finite && limit > 0.0, any, best);
+    test_outside(r, finite && limit > 0.0, any, best);
     walk_packet(r, finite && limit > 0.0 && !(any && best.primitive != NONE), any, best);
 #else
     if (few_triangles + few_spheres != 0u) walk_few(r, any, best);

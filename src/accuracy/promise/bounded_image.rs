@@ -2,7 +2,7 @@
 
 use super::{Bounded, Task};
 use crate::accuracy::budget;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{self, SaveError, View, linear_sha256};
 use crate::render::{Observer, ResumeState, Survey};
@@ -15,7 +15,7 @@ use std::time::Duration;
 pub struct BoundedImage {
     /// The samples; a row is as wide as the region rendered.
     #[doc(hidden)]
-    pub samples: Gathered,
+    pub samples: PixelSums,
     /// Rows of the region rendered.
     pub height: u32,
     /// Greatest radiance of a ray in this scene.
@@ -134,7 +134,7 @@ impl BoundedImage {
 
 /// Samples of a render, with their times.
 pub(super) struct Image {
-    pub(super) samples: Gathered,
+    pub(super) samples: PixelSums,
     /// Rounding part, and the number of pixels with a sample whose path differs in f64.
     pub(super) rounding: Option<(f64, u64)>,
     pub(super) prepared: Duration,

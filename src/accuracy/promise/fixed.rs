@@ -5,7 +5,7 @@ use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Stage, options};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
@@ -30,7 +30,7 @@ impl Task<'_> {
         };
         let mut images = images.into_iter();
         let region = Region::of(&settings);
-        let nothing = || Gathered::new(region.width, region.height, settings.replicates as usize);
+        let nothing = || PixelSums::new(region.width, region.height, settings.replicates as usize);
         let (mut image, mut truth) =
             (images.next().unwrap_or_else(nothing), images.next().unwrap_or_else(nothing));
 
@@ -73,7 +73,7 @@ impl Task<'_> {
         &mut self,
         survey: &mut Survey,
         settings: &Settings,
-        gathered: &mut Gathered,
+        gathered: &mut PixelSums,
     ) -> Result<(), RenderError> {
         let region = Region::of(settings);
         let first = gathered.samples.iter().take_while(|n| **n > 0).count() as u32;

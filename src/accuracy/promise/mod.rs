@@ -1,5 +1,5 @@
-//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or in a given time
-//! (`--time`).
+//! Images with an error bound: with given settings (`--budget`), to a given error (`--error`), or
+//! in a given time (`--time`).
 //!
 //! ```text
 //! truncation_choice ─ depth and cutoff, from a survey of a few pixels
@@ -25,7 +25,7 @@ use super::radiance_bound::{RadianceLimit, radiance_limit};
 use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
 use crate::settings::{Settings, SettingsError};
-use monotone_progress::Forward;
+use monotone_progress::MonotoneProgress;
 use std::time::{Duration, Instant};
 
 /// Target of a render.
@@ -108,7 +108,7 @@ struct Task<'a> {
     settings: Settings,
     request: Request,
     limit: RadianceLimit,
-    observer: Forward<'a>,
+    observer: MonotoneProgress<'a>,
 }
 
 impl Renderer {
@@ -167,7 +167,7 @@ impl Renderer {
         observer: &mut dyn Observer,
     ) -> Result<BoundedImage, RenderError> {
         let limit = radiance_limit(scene);
-        let observer = Forward::new(observer);
+        let observer = MonotoneProgress::new(observer);
         let mut settings = settings.clone();
         settings.check()?;
         request.check()?;

@@ -7,7 +7,7 @@ use std::time::Instant;
 const STEPS: f64 = 10_000.0;
 
 /// An observer of parts, each of which stands for a span of the whole.
-pub(super) struct Forward<'a> {
+pub(super) struct MonotoneProgress<'a> {
     observer: &'a mut dyn Observer,
     /// Where the part that runs begins and ends, as shares of the whole.
     span: [f64; 2],
@@ -16,9 +16,9 @@ pub(super) struct Forward<'a> {
     clock: Option<(Instant, f64)>,
 }
 
-impl<'a> Forward<'a> {
-    pub(super) fn new(observer: &'a mut dyn Observer) -> Forward<'a> {
-        Forward { observer, span: [0.0, 1.0], furthest: 0.0, clock: None }
+impl<'a> MonotoneProgress<'a> {
+    pub(super) fn new(observer: &'a mut dyn Observer) -> MonotoneProgress<'a> {
+        MonotoneProgress { observer, span: [0.0, 1.0], furthest: 0.0, clock: None }
     }
 
     /// What follows is this span of the whole. Shares that were passed are not gone back to.
@@ -32,7 +32,7 @@ impl<'a> Forward<'a> {
     }
 }
 
-impl Observer for Forward<'_> {
+impl Observer for MonotoneProgress<'_> {
     fn progress(&mut self, done: u64, total: u64) {
         let share = match self.clock {
             Some((start, seconds)) => start.elapsed().as_secs_f64() / seconds,
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn it_never_goes_back_nor_past_the_end() {
         let mut seen = Seen(Vec::new());
-        let mut forward = Forward::new(&mut seen);
+        let mut forward = MonotoneProgress::new(&mut seen);
         forward.span(0.0, 0.5);
         forward.progress(1, 2);
         forward.progress(2, 2);

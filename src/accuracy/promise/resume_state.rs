@@ -4,7 +4,7 @@ use super::rounding::Rounded;
 use super::truncation_choice::Cut;
 use super::{Request, Target};
 use crate::accuracy::allocate::Allocation;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::{Kind, Mismatch, Payload};
 use crate::report::SettingsInfo;
 use serde::{Deserialize, Serialize};
@@ -35,16 +35,16 @@ pub(super) struct Chosen {
 pub struct Bounded {
     stage: Stage,
     #[serde(skip)]
-    images: Vec<Gathered>,
+    images: Vec<PixelSums>,
 }
 
 impl Bounded {
-    pub(super) fn new(stage: Stage, images: Vec<Gathered>) -> Bounded {
+    pub(super) fn new(stage: Stage, images: Vec<PixelSums>) -> Bounded {
         Bounded { stage, images }
     }
 
     /// The samples of `--budget`: in the settings' precision, then in f64.
-    pub(super) fn into_budget(self) -> Result<Vec<Gathered>, Mismatch> {
+    pub(super) fn into_budget(self) -> Result<Vec<PixelSums>, Mismatch> {
         match self.stage {
             Stage::Settings => Ok(self.images),
             Stage::Error(_) => Err(Mismatch("it holds no samples of --budget".into())),
@@ -74,7 +74,7 @@ impl Payload for Bounded {
         let (width, height) = (x1.checked_sub(x0)?, y1.checked_sub(y0)?);
         let pixels = width as usize * height as usize;
         while !from.is_empty() {
-            let image = Gathered::take(&mut from)?;
+            let image = PixelSums::take(&mut from)?;
             if (image.width, image.samples.len(), image.replicates)
                 != (width, pixels, settings.replicates as usize)
             {

@@ -3,7 +3,7 @@
 use super::traced::{Region, Tracing};
 use super::{REPLICATES, Task};
 use crate::accuracy::budget;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::sampling::Noise;
 use crate::render::{RenderError, Survey};
 use crate::settings::{Precision, Settings};
@@ -26,7 +26,7 @@ pub(super) struct Rounded {
 
 impl Rounded {
     /// The rounding part of an image, as an RMSE.
-    pub(super) fn part(&self, image: &Gathered) -> f64 {
+    pub(super) fn part(&self, image: &PixelSums) -> f64 {
         let sampled = image.samples.iter().filter(|n| **n > 0);
         let inverse: f64 = sampled.map(|n| 1.0 / f64::from(*n)).sum();
         let inverse = inverse / image.samples.len().max(1) as f64;
@@ -88,7 +88,7 @@ impl Task<'_> {
         };
         let region = Region::of(&self.settings);
         let places = region.spread((samples / u64::from(REPLICATES)).clamp(1024, 1 << 30) as u32);
-        let mut see = |survey: &mut Survey| -> Result<Gathered, RenderError> {
+        let mut see = |survey: &mut Survey| -> Result<PixelSums, RenderError> {
             survey.finish_by(by);
             let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places)?;
             survey.finish_by(None);
@@ -117,7 +117,7 @@ impl Task<'_> {
 /// rounding of one. A pixel that an edge of difference c cuts anywhere has samples of variance c^2 a (1 - a),
 /// a the share of one side; over all a that is c^2 / 6. No more than 1, the whole range, and 1 where no
 /// pixel shows an edge.
-fn contrast(seen: &Gathered) -> f64 {
+fn contrast(seen: &PixelSums) -> f64 {
     let mixed = |at: &usize| seen.marks[*at].hash_least != seen.marks[*at].hash_most;
     let (mut count, mut sum) = (0u32, 0.0);
     for at in (0..seen.samples.len()).filter(mixed) {

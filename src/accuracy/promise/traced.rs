@@ -1,7 +1,7 @@
 //! A survey seen as the source of an allocation, with places in the region for pixels of the image.
 
 use super::REPLICATES;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::samples::{Source, Traced};
 use crate::render::{Observer, RenderError, Survey};
 use crate::settings::Settings;
@@ -56,10 +56,10 @@ pub(super) struct Tracing<'a> {
 impl Tracing<'_> {
     /// [`REPLICATES`] samples of each of `places`, as an image of their own; of the first of them only if
     /// cancelled.
-    pub(super) fn see(&mut self, places: &[u32]) -> Result<Gathered, RenderError> {
+    pub(super) fn see(&mut self, places: &[u32]) -> Result<PixelSums, RenderError> {
         let traced = self.trace(places, 0..REPLICATES)?;
         let count = traced.marks.len() as u32;
-        let mut seen = Gathered::new(count, 1, REPLICATES as usize);
+        let mut seen = PixelSums::new(count, 1, REPLICATES as usize);
         seen.add(&(0..count).collect::<Vec<_>>(), REPLICATES, &traced);
         Ok(seen)
     }

@@ -10,7 +10,7 @@ use super::truncation_choice::{self, Cut};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, Survey};
@@ -78,7 +78,7 @@ impl Task<'_> {
         let start = Instant::now();
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let black = Gathered::new(region.width, region.height, REPLICATES as usize);
+        let black = PixelSums::new(region.width, region.height, REPLICATES as usize);
         let reserve = closing + output_seconds(&black, &self, layers);
         let mut clock = Clock { from, seconds, reserve };
 
@@ -207,7 +207,7 @@ impl Task<'_> {
 }
 
 /// Seconds that it takes to make, paint and write the image, from doing it with the samples there are.
-fn output_seconds(image: &Gathered, task: &Task<'_>, layers: u32) -> f64 {
+fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
     let clock = Instant::now();
     let linear = image.filled();
     let height = linear.len() as u32 / image.width.max(1);

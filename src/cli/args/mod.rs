@@ -26,7 +26,7 @@ pub use values::{Crop, Output, Size};
 
 use crate::cli::failure::Code;
 use crate::scene::procedural::Shape;
-use crate::settings::forced_features::General;
+use crate::settings::forced_features::ForcedFeatures;
 use crate::settings::{DeviceChoice, Hierarchy, Schedule};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::fmt::Write;
@@ -150,7 +150,7 @@ pub struct ScheduleArgs {
     pub bvh: Hierarchy,
     /// Features that kernels have although the scene lacks them, separated by commas, or `all`: for tests
     #[arg(long, value_name = "FEATURES", hide = true)]
-    pub general: Option<General>,
+    pub general: Option<ForcedFeatures>,
 }
 
 /// Messages on standard error.
@@ -173,15 +173,5 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn everything_is_optional_but_scene_and_output() {
-        let cli = Cli::try_parse_from(["whitted", "render", "a.toml", "-o", "a.png"]).unwrap();
-        let Command::Render(args) = cli.command else { panic!("render expected") };
-        assert_eq!(
-            (args.picture.seed, args.picture.samples, args.picture.depth, args.validate),
-            (0, None, None, false)
-        );
     }
 }

@@ -18,7 +18,8 @@ use std::time::Instant;
 
 /// Default number of replicates, at most: few, since larger sets of samples are spread more evenly.
 const REPLICATES: u32 = 4;
-/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their confidence.
+/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their
+/// confidence.
 const REPLICATES_OF_PIXELS: u32 = 16;
 
 /// True if any option concerns the image's error.
@@ -62,7 +63,8 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     })
 }
 
-/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if there is none.
+/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if
+/// there is none.
 fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failure> {
     match asked {
         Some(r) if samples.is_multiple_of(r) => Ok(r),

@@ -93,8 +93,12 @@ mod tests {
         let commands = all(&root);
         assert!(commands.iter().any(|c| c.get_display_name() == Some("whitted-generate-sphereflake")));
         for command in commands {
-            let options: Vec<_> =
-                command.get_arguments().filter_map(|a| a.get_long()).map(String::from).collect();
+            let options: Vec<_> = command
+                .get_arguments()
+                .filter(|a| !a.is_hide_set())
+                .filter_map(|a| a.get_long())
+                .map(String::from)
+                .collect();
             let page = String::from_utf8(page(command).unwrap()).unwrap().replace('\\', "");
             for option in options.iter().filter(|o| *o != "help") {
                 assert!(page.contains(&format!("--{option}")), "--{option} is not in\n{page}");

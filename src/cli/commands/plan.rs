@@ -12,7 +12,7 @@ use crate::plan::{Plan, Purpose};
 use crate::prepare::Packed;
 use crate::render::{Prepared, RenderError, Renderer, Trial};
 use crate::report::Report;
-use crate::report::explain::{self, Outline, Refused};
+use crate::report::explain::{self, ExplainedPlan, Refused};
 use crate::report::prediction::Prediction;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -82,7 +82,7 @@ fn report(path: &Path) -> Result<Report, Failure> {
 }
 
 /// Rejects a report of another device, scene or precision.
-fn check(report: &Report, now: &Outline, packed: &Packed) -> Result<(), Failure> {
+fn check(report: &Report, now: &ExplainedPlan, packed: &Packed) -> Result<(), Failure> {
     let counts = [packed.found.triangles, packed.found.spheres, packed.found.lights];
     let then = [report.scene.triangles, report.scene.spheres, report.scene.lights];
     let differs = if report.device.name != now.device.name {
@@ -127,7 +127,7 @@ pub(super) fn trial(prepared: &mut Prepared, progress: &mut Progress) -> Result<
     Ok(time)
 }
 
-fn tell(args: &PlanArgs, outline: &Outline, console: &mut Console) -> Result<(), Failure> {
+fn tell(args: &PlanArgs, outline: &ExplainedPlan, console: &mut Console) -> Result<(), Failure> {
     let text = explain::text(outline);
     match &args.json {
         Some(path) if path.as_os_str() == "-" => {

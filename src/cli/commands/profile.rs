@@ -13,7 +13,7 @@ use crate::plan::{memory_traffic, passes};
 use crate::render::{Prepared, Rendered, Renderer};
 use crate::report::Report;
 use crate::report::table;
-use crate::report::timeline::{self, Dispatched, FrameTrace, Phase, Submit};
+use crate::report::timeline::{self, Dispatched, Phase, RenderTimeline, Submit};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use anyhow::{Context, anyhow};
@@ -40,7 +40,7 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         if rendered.done < 1.0 {
             return Err(Failure::Interrupted("interrupted: no profile".into()));
         }
-        let FrameTrace { phases: inner, submits } = prepared.take_trace();
+        let RenderTimeline { phases: inner, submits } = prepared.take_timeline();
         phases.push(Phase::since(name, begin));
         phases.extend(inner);
         Ok::<_, Failure>((rendered, submits))

@@ -12,7 +12,7 @@ use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
 use crate::render::{Renderer, ResumeState, Tiles};
 use crate::report::Report;
-use crate::report::explain::Outline;
+use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
 use crate::scene::Scene;
 use std::io::{self, IsTerminal};
@@ -41,7 +41,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         true => {
             let time = plan::trial(&mut prepared, &mut Progress::new(style, "trial"))?;
             let outline = prepared.explain(&args.scene.display().to_string());
-            Some(Outline { time: Some(time), ..outline })
+            Some(ExplainedPlan { time: Some(time), ..outline })
         }
         false => None,
     };

@@ -1,14 +1,15 @@
-//! Measures how often the error bounds of `--budget` and `--error` and the time limit of `--time` hold, over
-//! scenes and seeds. Every image is compared with a truth: the same scene in f64 with many more samples.
+//! Measures how often the error bounds of `--budget` and `--error` and the time limit of `--time`
+//! hold, over scenes and seeds. Every image is compared with a truth: the same scene in f64 with
+//! many more samples.
 
 mod page;
 mod record;
-mod share;
+mod coverage;
 mod trials;
 mod truth;
 
+pub use coverage::{Aim, Coverage, Verdict};
 pub use record::{BudgetRow, Calibration, ErrorRow, Plan, SceneCalibration, TimeRow};
-pub use share::{Aim, Share, Verdict};
 pub use trials::{BudgetTrial, ErrorTrial, TimeTrial, Uniform};
 pub use truth::{Sought, Truth, TruthInfo, find};
 
@@ -20,8 +21,8 @@ use trials::Bench;
 
 /// Standard error of a truth / the smallest error that is compared with it.
 const TRUTH_SHARE: f64 = 0.1;
-/// Expected true error / error asked for: images are better than their bound. Determines how good the truth has
-/// to be.
+/// Expected true error / error asked for: images are better than their bound. Determines how good
+/// the truth has to be.
 const REACHED_SHARE: f64 = 0.5;
 /// Most rays of one truth: some ten seconds on a CPU driver.
 const TRUTH_RAYS: f64 = 2e7;
@@ -64,8 +65,8 @@ impl Plan {
 }
 
 impl Calibration {
-    /// Measures all scenes, given with their names. If `observer` cancels, the result is incomplete. `say` gets
-    /// the name of each scene when it begins.
+    /// Measures all scenes, given with their names. If `observer` cancels, the result is
+    /// incomplete. `say` gets the name of each scene when it begins.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -141,7 +142,7 @@ impl SceneCalibration {
 
         if let Some(at_depth) = &at_depth {
             for &samples in &plan.samples {
-                let mut row = BudgetRow { samples, trials: Vec::new(), pixels: Share::default() };
+                let mut row = BudgetRow { samples, trials: Vec::new(), pixels: Coverage::default() };
                 let done = budget(&mut bench, plan, &mut row, (&truth, at_depth), steps)?;
                 self.budget.push(row);
                 if done.is_none() {
@@ -230,8 +231,8 @@ fn error(
     Ok(Some(()))
 }
 
-/// The smallest sample count from which nearly all seeds stay within `target`. `declines` holds, per seed, the
-/// errors at rising sample counts, up to where they stay within it.
+/// The smallest sample count from which nearly all seeds stay within `target`. `declines` holds,
+/// per seed, the errors at rising sample counts, up to where they stay within it.
 fn enough(declines: &[Vec<f64>], target: f64) -> Option<u32> {
     let counts = trials::counts();
     let good = |at: usize| {

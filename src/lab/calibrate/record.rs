@@ -1,6 +1,6 @@
 //! The plan of a calibration and its results, as written to JSON.
 
-use super::{BudgetTrial, ErrorTrial, Share, TimeTrial, TruthInfo, Uniform};
+use super::{BudgetTrial, Coverage, ErrorTrial, TimeTrial, TruthInfo, Uniform};
 use crate::report::DeviceInfo;
 use crate::stats::median;
 use serde::Serialize;
@@ -36,9 +36,9 @@ pub struct BudgetRow {
     pub samples: u32,
     /// One per seed.
     pub trials: Vec<BudgetTrial>,
-    /// Edge pixels whose confidence interval contains the truth, with 16 replicates; empty unless 16 divides
-    /// `samples`.
-    pub pixels: Share,
+    /// Edge pixels whose confidence interval contains the truth, with 16 replicates; empty unless
+    /// 16 divides `samples`.
+    pub pixels: Coverage,
 }
 
 /// Trials of `--error` with one target.
@@ -95,24 +95,25 @@ pub struct Calibration {
 
 impl BudgetRow {
     /// Trials whose true error is within the total bound.
-    pub fn kept(&self) -> Share {
-        Share::of(self.trials.iter().map(|t| t.kept()))
+    pub fn kept(&self) -> Coverage {
+        Coverage::of(self.trials.iter().map(|t| t.kept()))
     }
 
     /// Trials whose sampling error is within the sampling bound.
-    pub fn sampling_kept(&self) -> Share {
-        Share::of(self.trials.iter().map(|t| t.sampling_kept()))
+    pub fn sampling_kept(&self) -> Coverage {
+        Coverage::of(self.trials.iter().map(|t| t.sampling_kept()))
     }
 }
 
 impl ErrorRow {
     /// Of the trials that report success, those whose true error is within the target.
-    pub fn kept(&self) -> Share {
+    pub fn kept(&self) -> Coverage {
         let promised = self.trials.iter().filter(|t| t.met);
-        Share::of(promised.map(|t| t.kept(self.target)))
+        Coverage::of(promised.map(|t| t.kept(self.target)))
     }
 
-    /// Speed-up of `--error` over the uniform render, in seconds and in rays; above 1, `--error` is cheaper.
+    /// Speed-up of `--error` over the uniform render, in seconds and in rays; above 1, `--error` is
+    /// cheaper.
     pub fn speed_up(&self) -> Option<(f64, f64)> {
         let seconds = median(&self.uniform.seconds)? / median(&self.uniform.adaptive_seconds)?;
         let rays = self.uniform.rays as f64
@@ -123,12 +124,12 @@ impl ErrorRow {
 
 impl TimeRow {
     /// Trials that were at most 5 % late.
-    pub fn on_time(&self) -> Share {
-        Share::of(self.trials.iter().map(|t| t.seconds <= (1.0 + LATE) * self.asked))
+    pub fn on_time(&self) -> Coverage {
+        Coverage::of(self.trials.iter().map(|t| t.seconds <= (1.0 + LATE) * self.asked))
     }
 
     /// Trials whose true error is within the stated bound.
-    pub fn kept(&self) -> Share {
-        Share::of(self.trials.iter().map(|t| t.error <= t.total))
+    pub fn kept(&self) -> Coverage {
+        Coverage::of(self.trials.iter().map(|t| t.error <= t.total))
     }
 }

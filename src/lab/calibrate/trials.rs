@@ -1,8 +1,9 @@
-//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is compared with.
+//! Single trials of `--budget`, `--error` and `--time`, and the uniform render that `--error` is
+//! compared with.
 
-use super::share::Share;
+use super::coverage::Coverage;
 use super::truth::Truth;
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::promise::{BoundedImage, Request, Target};
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
@@ -167,7 +168,7 @@ impl Bench<'_> {
         samples: u32,
         truth: &Truth,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Share>, RenderError> {
+    ) -> Result<Option<Coverage>, RenderError> {
         let settings = Settings { seed, replicates: PIXEL_REPLICATES, ..self.settings.clone() };
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
         let image = whole(&mut survey, 0..samples, observer)?;
@@ -179,7 +180,7 @@ impl Bench<'_> {
             intervals[widest].holds(truth.pixels[at][widest])
         };
         let edge = |at: &usize| image.marks[*at].hash_least != image.marks[*at].hash_most;
-        Ok(Some(Share::of((0..image.samples.len()).filter(edge).map(held))))
+        Ok(Some(Coverage::of((0..image.samples.len()).filter(edge).map(held))))
     }
 
     /// Renders with `--error`; `None` if cancelled.
@@ -246,7 +247,7 @@ impl Bench<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<Vec<f64>>, RenderError> {
         let mut survey = Survey::new(self.renderer, self.scene, settings)?;
-        let mut image = Gathered::new(settings.width, settings.height, 1);
+        let mut image = PixelSums::new(settings.width, settings.height, 1);
         let places: Vec<u32> = (0..settings.width * settings.height).collect();
         let (mut errors, mut done, mut below) = (Vec::new(), 0, 0);
         for count in counts() {
@@ -296,10 +297,10 @@ fn whole(
     survey: &mut Survey,
     samples: std::ops::Range<u32>,
     observer: &mut dyn Observer,
-) -> Result<Option<Gathered>, RenderError> {
+) -> Result<Option<PixelSums>, RenderError> {
     let Settings { width, height, replicates, .. } = *survey.settings();
     let places: Vec<u32> = (0..width * height).collect();
-    let mut image = Gathered::new(width, height, replicates as usize);
+    let mut image = PixelSums::new(width, height, replicates as usize);
     let traced = survey.trace(&places, samples.clone(), observer)?;
     if traced.marks.len() < places.len() || observer.cancelled() {
         return Ok(None);

@@ -1,8 +1,8 @@
-//! The truth that images are compared with: the same pixels in f64, sampled until their own standard error is
-//! small compared with the errors of the images.
+//! The truth that images are compared with: the same pixels in f64, sampled until their own
+//! standard error is small compared with the errors of the images.
 
 use crate::accuracy::allocate::{Allocation, Goal};
-use crate::accuracy::pixel_sums::Gathered;
+use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
@@ -67,7 +67,7 @@ pub struct Truth {
 
 impl Truth {
     /// RMSE of `image` as shown: linear light clamped to [0, 1], all channels.
-    pub fn error(&self, image: &Gathered) -> f64 {
+    pub fn error(&self, image: &PixelSums) -> f64 {
         let shown = |x: f64| x.clamp(0.0, 1.0);
         let squares: f64 = (self.pixels.iter().enumerate())
             .map(|(at, truth)| {
@@ -137,7 +137,8 @@ pub fn find(
     Ok(Some(Truth { pixels, info }))
 }
 
-/// Sets the depth of `survey`: the first whose truncation error is at most `hidden`, or the last affordable one.
+/// Sets the depth of `survey`: the first whose truncation error is at most `hidden`, or the last
+/// affordable one.
 fn follow(
     survey: &mut Survey,
     limit: &RadianceLimit,
@@ -157,7 +158,7 @@ fn follow(
             Err(error) => return Err(error),
         };
         last = depth;
-        let mut seen = Gathered::new(width, height, REPLICATES as usize);
+        let mut seen = PixelSums::new(width, height, REPLICATES as usize);
         seen.add(&places, REPLICATES, &traced);
         let rays: u64 = seen.marks.iter().map(|m| u64::from(m.rays)).sum();
         let each = rays as f64 / (places.len() as f64 * f64::from(REPLICATES));

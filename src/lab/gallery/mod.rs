@@ -1,4 +1,4 @@
-//! The comparison of sample counts and depths: which pictures, and the sheet that shows them together.
+//! Pictures with several sample counts and depths, and a contact sheet of all.
 
 mod sheet;
 mod window;
@@ -15,17 +15,17 @@ use std::path::{Path, PathBuf};
 const SAMPLES: [u32; 4] = [1, 2, 4, 10];
 /// Depths of the second row.
 const DEPTHS: [u32; 4] = [1, 2, 3, 4];
-/// Samples of the second row, at most: depth is seen without smooth edges too.
+/// Most samples per pixel of the second row: depth is visible without smooth edges.
 const DEPTH_ROW_SAMPLES: u32 = 4;
-/// What tells a scene's sibling from it.
+/// Suffix of the name of a scene's variant with glass.
 const SIBLING: &str = "_glass";
 
-/// A scene to draw, with the name its pictures carry.
+/// A scene to render, with the name of its pictures.
 #[derive(Debug, Clone)]
 pub struct Subject {
     /// Stem of its file.
     pub name: String,
-    /// What it holds.
+    /// The scene.
     pub scene: Scene,
 }
 
@@ -34,7 +34,7 @@ pub struct Subject {
 pub struct Row {
     /// What varies along the row, as `gallery.json` names it.
     pub name: &'static str,
-    /// The same for people.
+    /// Heading of the row.
     pub heading: String,
     /// From left to right.
     pub pictures: Vec<Picture>,
@@ -47,18 +47,18 @@ pub struct Picture {
     pub name: String,
     /// Index into the subjects.
     pub subject: usize,
-    /// How to render it.
+    /// Settings.
     pub settings: Settings,
 }
 
-/// The pictures of `subjects`: the row of samples is of the first one, a row of depths of each, as
-/// mirrors and glass are cut at different depths. `scale` shrinks them all.
+/// The pictures of `subjects`: a row of sample counts for the first, and a row of depths for each,
+/// since mirrors and glass need different depths. `scale` multiplies all sizes.
 pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     let settings = |subject: &Subject| {
         let own = Settings::of(&subject.scene);
         let side = |pixels: u32| ((f64::from(pixels) * scale).round() as u32).max(1);
-        // Independent samples: what the row of samples shows is their number and nothing else, and the
-        // pictures stand beside earlier ones made so.
+        // Independent samples, so that the row shows the effect of their number alone, and pictures
+        // stay comparable with earlier ones.
         let sampler = Sampler::Random;
         Settings { width: side(own.width), height: side(own.height), sampler, seed, ..own }
     };
@@ -101,7 +101,7 @@ pub fn rows(subjects: &[Subject], seed: u32, scale: f64) -> Vec<Row> {
     rows
 }
 
-/// Where the sibling of a scene would be: `a_glass.toml` beside `a.toml`, and the other way round.
+/// Path of the variant of a scene: `a_glass.toml` for `a.toml`, and vice versa.
 pub fn sibling(scene: &Path) -> Option<PathBuf> {
     let stem = scene.file_stem()?.to_str()?;
     let other = match stem.strip_suffix(SIBLING) {

@@ -1,5 +1,5 @@
-//! The contact sheet: rows of pictures on a dark ground, under each picture the parts in which the row's
-//! pictures differ most, enlarged, and its caption.
+//! The contact sheet: rows of pictures on a dark ground, under each picture the parts in which the
+//! row's pictures differ most, enlarged, and its caption.
 
 use super::window::{Difference, differences};
 use crate::image::canvas::{Canvas, Color};
@@ -29,8 +29,8 @@ const HEADING_SIZE: u32 = 38;
 const TEXT_SIZE: u32 = 30;
 /// From one line of text to the next.
 const LINE: u32 = TEXT_SIZE + 6;
-/// Wider pictures are shrunk. The sheet's widest picture is shown this wide or a little less: pixel by
-/// pixel or enlarged by a whole factor, or one could not judge edges.
+/// Wider pictures are shrunk. The sheet's widest picture is shown this wide or a little less: pixel
+/// by pixel or enlarged by a whole factor, or one could not judge edges.
 const WIDEST: u32 = 640;
 /// Width of the frame round a part, in its picture and round its enlargement.
 const BORDER: u32 = 3;
@@ -215,8 +215,8 @@ impl Sheet {
     }
 }
 
-/// Means of `factor * factor` linear pixels, then encoded; cells at the right and bottom edge may be
-/// smaller.
+/// Means of `factor * factor` linear pixels, then encoded; cells at the right and bottom edge may
+/// be smaller.
 fn shrunk(view: View<'_>, factor: u32) -> Canvas {
     let (width, height) = (view.width.div_ceil(factor), view.height.div_ceil(factor));
     let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);

@@ -26,9 +26,9 @@ impl Window {
     }
 }
 
-/// Up to `most` windows of `size` pixels that do not overlap: the first where the last two pictures differ
-/// most, the next where the two before them do, and so on. None for pictures of different sizes or pairs
-/// that are equal.
+/// Up to `most` windows of `size` pixels that do not overlap: the first where the last two pictures
+/// differ most, the next where the two before them do, and so on. None for pictures of different
+/// sizes or pairs that are equal.
 pub(super) fn differences(pictures: &[&Canvas], size: [u32; 2], most: usize) -> Vec<Difference> {
     let mut found: Vec<Difference> = Vec::new();
     for right in (1..pictures.len()).rev() {
@@ -42,7 +42,8 @@ pub(super) fn differences(pictures: &[&Canvas], size: [u32; 2], most: usize) -> 
     found
 }
 
-/// The window with the greatest sum of differences of sRGB codes, the topmost and leftmost of equals.
+/// The window with the greatest sum of differences of sRGB codes, the topmost and leftmost of
+/// equals.
 fn strongest(a: &Canvas, b: &Canvas, size: [u32; 2], taken: &[Window]) -> Option<Window> {
     let [width, height] = size;
     if (a.width, a.height) != (b.width, b.height) || width > a.width || height > a.height {
@@ -83,8 +84,8 @@ mod tests {
 
     #[test]
     fn the_window_holds_what_differs() {
-        // From the third to the fourth picture a faint square appears, from the second to the third a
-        // bright one goes: each pair has a window of its own.
+        // From the third to the fourth picture a faint square appears, from the second to the third
+        // a bright one goes: each pair has a window of its own.
         let pictures = [
             with_square([2, 3], 255),
             with_square([2, 3], 255),

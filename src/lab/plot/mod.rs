@@ -12,8 +12,8 @@ use raster::Raster;
 /// The font's name in SVG text, where the viewer chooses one.
 const FONT: &str = "sans-serif";
 
-/// Blue, vermillion, green, black, purple, sky, orange: told apart by the colour-blind too (Okabe and
-/// Ito, 2008).
+/// Blue, vermillion, green, black, purple, sky, orange: distinguishable with colour blindness
+/// (Okabe and Ito, 2008).
 pub(crate) const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

@@ -1,4 +1,4 @@
-//! Eyes in awkward places.
+//! Cameras at degenerate positions.
 
 use super::case::{Case, Figure, Harness};
 use crate::render::RenderError;
@@ -27,19 +27,20 @@ pub const CASES: &[Case] = &[
 
 const WIDTH: u32 = 512;
 const HEIGHT: u32 = 8;
-/// Pixels of a stripe.
+/// Width of a stripe, pixels.
 const STRIPE: u32 = 8;
 
-/// Where edge `i` lies, in pixels: a twentieth of a pixel from a pixel's middle, on either side.
+/// Position of edge `i` in pixels: a twentieth of a pixel from a pixel's centre, on alternating
+/// sides.
 fn edge(i: u32) -> f64 {
     f64::from(STRIPE * i) + 0.5 + if i.is_multiple_of(2) { 0.05 } else { -0.05 }
 }
 
-/// Stripes 0.2, 0.8, 0.2 ... on a plane one metre wide, all turned, that fill a horizontal field of view.
+/// Stripes of 0.2 and 0.8 on a rotated plane one metre wide that fills a horizontal field of view.
 fn striped(degrees: f64) -> Scene {
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
     let mut s = empty(vec![matte([0.2; 3], 1.0), matte([0.8; 3], 1.0)]);
-    // Half the board's width is 1/2 metre.
+    // Half the width of the board is 1/2 metre.
     let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
     let half = (degrees / 2.0).to_radians().tan();
     s.camera.fov = 2.0 * (half / aspect).atan();
@@ -98,7 +99,7 @@ fn eye_places(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         (DVec3::new(-1.3, -2.4, -1.0), ahead),
         (DVec3::new(-2.0, -2.4, -1.0), DVec3::new(1.0, 0.0, 0.0)),
         (DVec3::new(-2.0, -2.4, -2.0), DVec3::NEG_Y),
-        // On the glass ball, in its middle, and a hair inside it.
+        // On the glass sphere, at its centre, and just inside it.
         (ball + DVec3::Z * 1.9, ahead),
         (ball + DVec3::Z * 1.9, DVec3::X),
         (ball, ahead),
@@ -116,7 +117,7 @@ fn eye_places(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             scene.camera.look_at = from + toward;
             scene.camera.up = up;
             scene.camera.fov = 2.0;
-            // One more light where the eye is, and one a hair off.
+            // One more light at the camera, and one very close to it.
             scene.lights.push(light(from.to_array(), 1.0));
             scene.lights.push(light((from + DVec3::Y * 1e-15).to_array(), 1.0));
             let settings = Settings { width: 24, height: 24, depth: 3, ..h.settings(&scene) };
@@ -126,7 +127,7 @@ fn eye_places(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             count += picture.linear.len();
         }
     }
-    // A light on a plane's surface as seen from upon it: where its distance must be bounded.
+    // A light on a plane, seen from the plane: its distance must be clamped.
     let mut scene = empty(vec![matte([1.0; 3], 0.0)]);
     scene.polygons =
         vec![polygon(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]], 0)];

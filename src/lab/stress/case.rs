@@ -1,8 +1,9 @@
-//! A case: what it does, which failure of real renderers it reproduces, and its result compared with a bound.
+//! A case: what it does, which failure of real renderers it reproduces, and its result compared
+//! with a bound.
 
 use super::tracer::{Picture, Tracer};
 use crate::lab::probe::{ProbeRay, Probed};
-use crate::prepare::WIDE_RADII;
+use crate::prepare::SINGLE_RADII;
 use crate::prepare::local_frame::LocalFrame;
 use crate::render::RenderError;
 use crate::scene::Scene;
@@ -13,8 +14,8 @@ use glam::DVec3;
 use serde::Serialize;
 use std::fmt;
 
-/// The result of a case and its greatest allowed value. Displayed as `0 of 90,000 rays missed`, as `61 % of the
-/// allowed error (worst of 6,005 rays)`, or as value, unit and bound.
+/// The result of a case and its greatest allowed value. Displayed as `0 of 90,000 rays missed`, as
+/// `61 % of the allowed error (worst of 6,005 rays)`, or as value, unit and bound.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
     /// The result; NaN fails.
@@ -117,8 +118,8 @@ impl<'t> Harness<'t> {
         if self.precision == Precision::Double { 2f64.powi(-53) } else { 2f64.powi(-24) }
     }
 
-    /// The scene's own settings in the case's precision. Samples are independent: the bounds of statistical
-    /// cases are those of a binomial.
+    /// The scene's own settings in the case's precision. Samples are independent: the bounds of
+    /// statistical cases are those of a binomial.
     pub fn settings(&self, scene: &Scene) -> Settings {
         Settings {
             precision: self.precision,
@@ -172,7 +173,7 @@ impl<'t> Harness<'t> {
     pub fn local_sphere(&self, scene: &Scene, sphere: usize) -> (DVec3, f64, bool) {
         let (frame, s) = (self.frame(scene), scene.spheres[sphere]);
         let (center, radius) = (frame.point(s.center), frame.length(s.radius));
-        if !WIDE_RADII.contains(&radius) {
+        if !SINGLE_RADII.contains(&radius) {
             return (center, radius, true);
         }
         (self.round(center), self.round(DVec3::splat(radius)).x, false)

@@ -53,7 +53,7 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// What is lit, of matte spheres under one light; 3 where nothing is.
+/// Class of a point on matte spheres under one light: lit or not; 3 for the background.
 fn spheres_lit(scene: &Scene, o: DVec3, d: DVec3) -> u8 {
     let nearest = |o: DVec3, d: DVec3, skip: usize| {
         (0..scene.spheres.len())
@@ -71,7 +71,7 @@ fn spheres_lit(scene: &Scene, o: DVec3, d: DVec3) -> u8 {
     u8::from(n.dot(to) > 0.0 && !shadowed)
 }
 
-/// Wrong pixels of a scene of matte spheres.
+/// Counts wrong pixels of a scene of matte spheres.
 fn wrong_spheres(h: &mut Harness<'_>, scene: &Scene, blur: f64) -> Result<(usize, usize), RenderError> {
     let picture = h.picture(scene)?;
     Ok(wrong_pixels(scene, &picture, blur, |o, d| spheres_lit(scene, o, d), lit))
@@ -79,7 +79,7 @@ fn wrong_spheres(h: &mut Harness<'_>, scene: &Scene, blur: f64) -> Result<(usize
 
 fn figure(counts: impl IntoIterator<Item = (usize, usize)>) -> Figure {
     let (wrong, judged) = counts.into_iter().fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-    // A picture that is all edge has shown nothing.
+    // A picture with edges everywhere proves nothing.
     if judged < 1000 {
         return Figure::new(f64::NAN, 0.0, format!("only {judged} pixels compared"));
     }
@@ -92,7 +92,7 @@ fn silhouette(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let mut scene = empty(vec![matte([1.0; 3], 1.0)]);
         scene.spheres = vec![sphere([0.0; 3], 1.0, 0)];
         scene.camera.look_from = DVec3::new(0.6, 0.48, 0.64) * d;
-        // The outline through the middle of the image: looked at askew.
+        // The view is rotated so that the outline passes through the middle of the image.
         let angle = (1.0f64 / d).asin();
         scene.camera.fov = angle * 1.2;
         let back = -scene.camera.look_from.normalize();
@@ -136,7 +136,8 @@ fn planet_shadow(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 
 fn touching(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut counts = Vec::new();
-    // A floor that is a quad, so that a sphere touches it in a point. Small beside an epsilon of 0.1.
+    // A quad as floor, so that a sphere touches it in a point; small compared with an epsilon of
+    // 0.1.
     let size = 0.04;
     let mut scene = empty(vec![matte([1.0; 3], 0.0)]);
     let l = 2.0 * size;
@@ -153,7 +154,7 @@ fn touching(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             counts.push(wrong_pixels(&scene, &picture, blur, |o, d| on_floor(&scene, l, o, d), lit));
         }
     }
-    // Two balls, the light and the eye on either side of the point where they touch.
+    // Two spheres, with light and camera on opposite sides of the point of contact.
     scene.polygons.clear();
     scene.spheres = vec![sphere([-0.5, 0.0, 0.0], 0.5, 0), sphere([0.5, 0.0, 0.0], 0.5, 0)];
     scene.lights = vec![light([0.3, 0.2, -3.0], 10.0)];
@@ -164,7 +165,7 @@ fn touching(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(figure(counts))
 }
 
-/// Lit or not, of a floor y = 0 of half size `l` and one sphere.
+/// Class of a point on a floor y = 0 of half size `l` or on one sphere: lit or not.
 fn on_floor(scene: &Scene, l: f64, o: DVec3, d: DVec3) -> u8 {
     let s = scene.spheres[0];
     let t = -o.y / d.y;

@@ -32,7 +32,7 @@ fn shuffle<T>(items: &mut [T], random: &mut Random) {
 }
 
 /// Pairs of coincident triangles all over the view: the first of a pair is green, the second red.
-/// The order of the pairs comes from `seed`.
+/// `seed` determines their order.
 fn decals(seed: u32, count: usize) -> Mesh {
     let mut random = Random::new(11);
     let spot = |r: &mut Random| {
@@ -41,8 +41,8 @@ fn decals(seed: u32, count: usize) -> Mesh {
     };
     let mut spots: Vec<[DVec3; 3]> = (0..count).map(|_| spot(&mut random)).collect();
     shuffle(&mut spots, &mut Random::new(seed));
-    // All the first copies, then all the second in an order of their own, so that building a hierarchy
-    // may bring a second copy before its first.
+    // All first copies, then all second copies in another order, so that a hierarchy may store a
+    // second copy before its first.
     let first: Vec<u32> = (0..count as u32).collect();
     let mut second = first.clone();
     shuffle(&mut second, &mut Random::new(seed + 100));
@@ -59,7 +59,7 @@ fn colours() -> Scene {
     scene
 }
 
-/// One triangle many times over. Only the first is green.
+/// Many copies of one triangle. Only the first is green.
 fn pile(copies: usize) -> Scene {
     let mut scene = colours();
     let corners = vec![DVec3::new(-1.5, -1.0, 0.3), DVec3::new(1.4, -1.2, -0.4), DVec3::new(0.1, 1.6, 0.2)];
@@ -98,7 +98,8 @@ fn split(m: &Mesh) -> Vec<Mesh> {
 
 fn order(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut scene = room();
-    // Not from the axis: there the room's edges lie on pixel centres, and on an edge either wall is right.
+    // Off the axis, where the room's edges would pass through pixel centres and either wall would
+    // be right.
     scene.camera.look_from = DVec3::new(0.13, 0.07, 14.0);
     let decals = decals(30, 120);
     // Pairs as objects of their own: the first green, the second red.

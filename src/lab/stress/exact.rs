@@ -1,4 +1,4 @@
-//! What a ray meets, decided in f64 on the rounded inputs that the kernels see.
+//! Expected hits of rays, computed in f64 from the rounded inputs of the kernels.
 
 use super::case::Harness;
 use crate::scene::Scene;
@@ -7,9 +7,9 @@ use glam::DVec3;
 /// Corners of a triangle in local coordinates, rounded.
 pub type Corners = [DVec3; 3];
 
-/// All triangles in the scene's order, as the kernels hold them.
+/// All triangles in scene order, rounded as in the kernels.
 pub fn local_triangles(h: &Harness<'_>, scene: &Scene) -> Vec<Corners> {
-    // The frame once: it looks at every vertex.
+    // Computed once, since it visits every vertex.
     let frame = h.frame(scene);
     let local = |v: &DVec3| h.round(frame.point(*v));
     let mut all = Vec::with_capacity(scene.triangle_count());
@@ -23,23 +23,23 @@ pub fn local_triangles(h: &Harness<'_>, scene: &Scene) -> Vec<Corners> {
     all
 }
 
-/// What exact arithmetic says of a ray and a triangle, as far as rounding in the kernel leaves it
-/// certain.
+/// Result of exact arithmetic for a ray and a triangle, where the rounding of the kernel cannot
+/// change it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Verdict {
-    /// Inside by more than the kernel can err; t.
+    /// Inside by more than the error of the kernel, at this t.
     Hit(f64),
-    /// Outside by more than the kernel can err, or behind.
+    /// Outside by more than the error of the kernel, or behind.
     Miss,
-    /// Too near to an edge to tell.
+    /// Too close to an edge to decide.
     Doubtful,
 }
 
 /// Woop's test at unit roundoff `u`. A sheared coordinate `a - s az` of a corner carries u |a| from
 /// the subtraction of the origin, 5u + u from a 2.5-ulp quotient and its product, 2u from the last
 /// subtraction: 9u A with A the largest component of corner - origin, so an edge moves by at most
-/// 2 * 9 sqrt 2 u A < 26 u A; the edge function `c x b` adds 2u |b| |c| over the edge's length, tripled since
-/// lengths across the ray are up to sqrt 3 shorter than sheared ones.
+/// 18 sqrt 2 u A < 26 u A; the edge function `c x b` adds 2u |b| |c| over the edge's length,
+/// tripled since lengths across the ray are up to sqrt 3 shorter than sheared ones.
 pub fn verdict(tri: &Corners, o: DVec3, d: DVec3, u: f64) -> Verdict {
     let [a, b, c] = *tri;
     let n = (b - a).cross(c - a);
@@ -71,8 +71,8 @@ pub fn verdict(tri: &Corners, o: DVec3, d: DVec3, u: f64) -> Verdict {
     }
 }
 
-/// t of a hit with edges and corners inclusive; exact where no operation rounds, as for small dyadic
-/// coordinates.
+/// t of a hit with edges and corners inclusive; exact where no operation rounds, as for small
+/// dyadic coordinates.
 pub fn inclusive(tri: &Corners, o: DVec3, d: DVec3) -> Option<f64> {
     let [a, b, c] = tri.map(|p| p - o);
     let (u, v, w) = (d.dot(c.cross(b)), d.dot(a.cross(c)), d.dot(b.cross(a)));

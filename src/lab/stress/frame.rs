@@ -1,4 +1,4 @@
-//! Scale and place: the local frame.
+//! The local frame: scenes of any scale at any position.
 
 use super::case::{Case, Figure, Harness};
 use crate::compare::metrics::{edge_length, mismatch_bound};
@@ -49,11 +49,11 @@ fn offset(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for k in 0..=9 {
         let far = 10f64.powi(k);
         let image = h.picture(&moved(&scene, 1.0, DVec3::new(far, -far / 2.0, far)))?.linear;
-        // A NaN is off as well.
+        // NaN counts as different.
         let close = |a: f32, b: f32| (a - b).abs() <= 1.0 / 255.0;
         let off = |(a, b): (&[f32; 3], &[f32; 3])| !(0..3).all(|c| close(a[c], b[c]));
         let changed = image.iter().zip(&reference).filter(|p| off(*p)).count();
-        // Each coordinate of the file is off by 2^-53 of its size; two of them meet at an edge.
+        // Each coordinate has an error of 2^-53 of its size; two of them meet at an edge.
         let bound = mismatch_bound(2f64.powi(-52) * far / footprint, edges, 1);
         worst = worst.worse(Figure::new(
             changed as f64,

@@ -1,4 +1,4 @@
-//! The hierarchy finds what testing every primitive finds, bit for bit, whatever the ray.
+//! The hierarchy finds the same hits as brute force, bit for bit, for any ray.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::exact::{inclusive, local_triangles};
@@ -48,7 +48,7 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// True if two hits are the same in every bit.
+/// True if two hits are equal in every bit.
 fn same(a: &Option<ProbeHit>, b: &Option<ProbeHit>) -> bool {
     let bits = |h: &ProbeHit| {
         let p = h.position.to_array().map(f64::to_bits);
@@ -127,8 +127,8 @@ fn jumble_rays(h: &Harness<'_>, scene: &Scene, count: usize, r: &mut Random) -> 
         .collect()
 }
 
-/// Slivers along x close behind a wall: rays that cross both at a slant get a t from the sliver that
-/// may lie before the wall, unless it is confined to the sliver's box.
+/// Slivers along x close behind a wall. For rays that cross both at a slant, the t of the sliver
+/// may lie before the wall unless it is clamped to the sliver's box.
 fn curtain(h: &Harness<'_>) -> (Scene, Vec<ProbeRay>) {
     let mut r = Random::new(70);
     let mut scene = empty(vec![matte([1.0; 3], 1.0)]);
@@ -158,7 +158,7 @@ fn curtain(h: &Harness<'_>) -> (Scene, Vec<ProbeRay>) {
 
 fn equals_brute_force(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let (mut different, mut count) = (0, 0);
-    // About the size at which the hierarchy takes over, and well beyond.
+    // Around the number of primitives from which the hierarchy is used, and far more.
     let sizes = [(1, 0), (16, 16), (16, 17), (600, 100)];
     for (i, (triangles, spheres)) in sizes.into_iter().enumerate() {
         let scene = jumble(triangles, spheres, 80 + i as u32);
@@ -173,7 +173,7 @@ fn equals_brute_force(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let [brute, walk] = h.probe_both(&scene, &rays)?;
     count += rays.len();
     different += differences(&brute, &walk);
-    // Nothing to hit at all.
+    // An empty scene.
     let rays = [ProbeRay::new(DVec3::ZERO, DVec3::X), ProbeRay::new(DVec3::ONE, -DVec3::ONE)];
     for probed in h.probe_both(&empty(vec![matte([1.0; 3], 1.0)]), &rays)? {
         different += probed.hits.iter().flatten().count();
@@ -225,7 +225,7 @@ fn no_extent(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut scene = empty(vec![matte([1.0; 3], 1.0)]);
     scene.polygons =
         vec![polygon(&[[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]], 0)];
-    // A box of no height moves the frame nowhere: heights are symmetric about the floor.
+    // Heights are symmetric about the floor, so that the local frame stays the same.
     let (mut corners, mut z, mut degenerate) = (Vec::new(), vec![0.0], 0);
     for (i, s) in [5.693442e-39, 1e-42, 1e-310, 0.0, 1e-20, 1e-38].into_iter().enumerate() {
         for side in [-1.0, 1.0] {
@@ -233,7 +233,7 @@ fn no_extent(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             corners.push([[0.0, 0.0, height], [s, 0.0, height], [0.0, s, height]].map(DVec3::from));
             z.push(height);
             let held = h.round(DVec3::X * s).x;
-            // f64 cannot tell an area of 1e-620 from none.
+            // In f64 an area of 1e-620 is 0.
             degenerate += u64::from(held * held == 0.0);
         }
     }
@@ -249,7 +249,7 @@ fn no_extent(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     }
     let [brute, walk] = h.probe_both(&scene, &rays)?;
     let mut wrong = differences(&brute, &walk);
-    // Weights of denormals are noise; the box still holds t.
+    // The weights of denormal triangles are noise, but t stays within the box.
     let pad = 2f64.powi(-19) + 4.0 * 2f64.powi(-24);
     for (ray, hit) in rays.iter().zip(&brute.hits).filter(|(r, _)| r.direction.x == 0.0) {
         let at = |h: &ProbeHit| ray.origin.z + h.t * ray.direction.z;
@@ -284,7 +284,7 @@ fn unusable_rays(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         wrong += probed.hits.chunks(2).filter(|pair| pair[1].is_some()).count();
         wrong += usize::from(probed.counters[abi::COUNTER_NAN_RAYS as usize] != unusable);
     }
-    // Finite, yet beyond all arithmetic: they may hit or miss, but end, and with a finite t.
+    // Finite, but they overflow: they may hit or miss, but must end with a finite t.
     let big = if h.u() < 1e-10 { 1e300 } else { 3e38 };
     let extremes = [0.0, -0.0, big, -big, 1.0 / big];
     let mut odd = Vec::new();
@@ -302,8 +302,8 @@ fn unusable_rays(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, rays.len() + odd.len(), "rays wrong"))
 }
 
-/// Roots of |o + t d|^2 = r^2 ahead of the origin, the nearest; `None` also where the ray passes too
-/// near to the silhouette to tell.
+/// Least positive root of |o + t d|^2 = r^2; `None` if there is none or the ray is too close to the
+/// silhouette to decide.
 fn sphere_ahead(o: DVec3, d: DVec3, r: f64) -> Result<Option<f64>, ()> {
     let a = d.length_squared();
     let along = -o.dot(d) / a;
@@ -343,7 +343,7 @@ fn nested(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let Ok(all) = all else { continue };
         let nearest = all.iter().enumerate().filter_map(|(i, t)| t.map(|t| (i, t)));
         let Some((i, t)) = nearest.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-        // The square of a smaller radius leaves f32's normal numbers.
+        // The square of a smaller radius is denormal in f32.
         if frame.length(2f64.powi(-(i as i32))) < 2f64.powi(-60) {
             continue;
         }

@@ -1,4 +1,4 @@
-//! Light where none can come, none where it must: contacts, thin gaps, corners, lights on surfaces.
+//! Light leaks and missing light: contacts, thin gaps, corners, lights on surfaces.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::origins::{escapes, plate, turned_box};
@@ -154,7 +154,8 @@ fn dark_room(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(bright, 2 * 64 * 64, "pixels not black"))
 }
 
-/// Room, lights and eye turned by 0.6, 0.8 and 0.28, 0.96: no wall is parallel to an axis.
+/// Room, lights and camera rotated by (0.6, 0.8) and (0.28, 0.96), so that no wall is parallel to
+/// an axis.
 fn turned_room(scene: &Scene) -> Scene {
     let mut s = scene.clone();
     let turn = |v: DVec3| {
@@ -175,12 +176,12 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut base = empty(vec![matte([1.0, 0.5, 0.0], 0.1)]);
     base.polygons = vec![plate(1.0, 0.0, 0)];
     base.spheres = vec![crate::scene::procedural::shapes::sphere([0.5, 0.5, 0.0], 0.25, 0)];
-    // An odd number of pixels: the middle one looks exactly at the light.
+    // An odd number of pixels, so that the middle one looks exactly at the light.
     (base.camera.width, base.camera.height) = (65, 65);
     let eye = DVec3::new(0.0, 1.5, 2.0);
     base.camera.look_from = eye;
     let (mut infinite, mut clamped) = (0, 0);
-    // Nearer than the spawn offset, farther than rounding: 8u of a scene of size 1.
+    // Closer than the ray offset, farther than rounding: 8u in a scene of size 1.
     let tiny = 8.0 * h.u();
     for place in
         [[-0.3, tiny, 0.1], [0.0; 3], [0.25, 0.0, 0.25], [1.0, 0.0, 1.0], [0.5, 0.75, 0.0], eye.to_array()]
@@ -188,7 +189,7 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let mut scene = base.clone();
         scene.lights = vec![light(place, 1.0)];
         if place[1] == tiny {
-            // Straight down, so that the middle ray meets the floor right below the light.
+            // Straight down, so that the middle ray hits the floor right below the light.
             scene.camera.look_from = DVec3::new(-0.3, 2.0, 0.1);
             scene.camera.up = DVec3::NEG_Z;
         }

@@ -1,4 +1,4 @@
-//! Light: distances, sums, recursion.
+//! Light: distances, sums of samples, recursion.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::optics::{fresnel, worst};
@@ -11,7 +11,7 @@ use crate::scene::{Fresnel, Light, Scene};
 use crate::settings::Settings;
 use glam::DVec3;
 
-/// u of f32: colours are single precision whatever the kernels' numbers are.
+/// Unit roundoff of f32: colours are single precision at every kernel precision.
 const COLOUR_U: f64 = 5.960_464_477_539_063e-8;
 
 /// Cases of this file.
@@ -90,7 +90,7 @@ fn middle(h: &mut Harness<'_>, scene: &Scene, depth: u32) -> Result<f64, RenderE
 
 fn inverse_square(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut figure = Figure::new(0.0, 16.0 * COLOUR_U, "relative error");
-    // Scaled up and moved: what the local frame is for.
+    // Scaled and translated, to test the local frame as well.
     let scale = 2f64.powi(40);
     for k in -12..=40 {
         let mut scene = floor();
@@ -147,7 +147,7 @@ fn light_contact(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             wrong += picture.linear.iter().flatten().filter(|x| !x.is_finite() || **x < 0.0).count();
             wrong += picture.counters.nan_rays as usize;
         }
-        // In the middle of one pixel: within the spawn offset, and counted.
+        // At the centre of one pixel: within the ray offset, and counted.
         let mut scene = floor();
         scene.lights = vec![light([0.0, 0.0, d], 1.0)];
         let settings = Settings { width: 1, height: 1, ..h.settings(&scene) };
@@ -169,12 +169,12 @@ fn light_segment(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         scene
             .polygons
             .push(polygon(&[[edge, -r, height], [r, -r, height], [r, r, height], [edge, r, height]], 0));
-        // Behind the light; and the eye looks from between, under the blocker's plane.
+        // Behind the light; the camera is in between, below the plane of the blocker.
         let c = 1.75;
         scene.polygons.push(polygon(&[[-r, -r, c], [-r, r, c], [r, r, c], [r, -r, c]], 0));
         scene.lights = vec![light([from, 0.0, top], 1.0)];
         let shadow = edge + (edge - from) * height / (top - height);
-        // A strip of floor whose pixels are far smaller than anything else.
+        // A strip of floor with pixels far smaller than all objects.
         let pixel = 2f64.powi(-15);
         let width = 256;
         let eye = height * 0.5;
@@ -255,7 +255,8 @@ fn furnace(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         for depth in 2..10 {
             let seen = middle(h, &scene, depth as u32)?;
             let expected = 1.0 - (1.0 - at) * at.powi(depth - 2);
-            // Of (1 - R) R^m the change with R is at most m + 1 times its own; the sum and the weights add 4u each.
+            // Of (1 - R) R^m the change with R is at most m + 1 times its own; the sum and the
+            // weights add 4u each.
             let n = f64::from(depth);
             let bound = (16.0 * COLOUR_U + moved) * n + 8.0 * COLOUR_U * n;
             figure = worst(
@@ -292,7 +293,7 @@ fn normals_that_cancel(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut scene = empty(vec![mirror(1.0, 0.0)]);
     let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
     let mut surface = mesh(corners, &[[0, 1, 2]], 0);
-    // At the middle of the first edge two of them cancel, and the third weighs nothing.
+    // At the middle of the first edge two of them cancel, and the third has weight 0.
     surface.normals = vec![DVec3::X, DVec3::NEG_X, DVec3::Z];
     surface.faces[0].normals = Some([0, 1, 2]);
     scene.meshes = vec![surface, cuboid(DVec3::new(-1.0, -1.0, -2.0), DVec3::new(1.0, 1.0, -1.5), 0)];

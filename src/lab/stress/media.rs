@@ -1,4 +1,4 @@
-//! Rays through solids: slabs, lenses, solids in solids.
+//! Rays through solids: slabs, lenses, nested solids.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::optics::{follow, worst};
@@ -104,7 +104,7 @@ fn ball_lens(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let n = f64::from(n as f32);
         let mut scene = empty(vec![glass(n, Fresnel::Constant(0.0))]);
         scene.spheres = vec![sphere([0.0; 3], 1.0, 0)];
-        // Alone, a sphere takes its frame from the eye.
+        // With one sphere only, the camera determines the local frame.
         scene.camera.look_from = DVec3::Z * 2.0;
         scene.camera.look_at = DVec3::ZERO;
         let frame = h.frame(&scene);
@@ -157,7 +157,7 @@ struct Layers {
     /// Bottom and top of the glass, and of the water.
     faces: [[f64; 2]; 2],
     priorities: [i32; 2],
-    /// Index beyond each surface, from above; 0 = the surface is hidden.
+    /// Index below each surface, from the top; 0 = the surface is hidden.
     beyond: [f64; 4],
 }
 
@@ -165,13 +165,13 @@ const GLASS: f64 = 1.5;
 const WATER: f64 = 1.33;
 
 const LAYERS: [Layers; 6] = [
-    // Overlapping; the glass has the overlap, then the water, then whichever was entered last.
+    // Overlapping: glass has the higher priority, then water, then the last one entered.
     Layers { faces: [[-0.1, 0.5], [-0.5, 0.1]], priorities: [1, 0], beyond: [GLASS, 0.0, WATER, 1.0] },
     Layers { faces: [[-0.1, 0.5], [-0.5, 0.1]], priorities: [0, 1], beyond: [GLASS, WATER, 0.0, 1.0] },
     Layers { faces: [[-0.1, 0.5], [-0.5, 0.1]], priorities: [5, 5], beyond: [GLASS, WATER, WATER, 1.0] },
     // A gap of air.
     Layers { faces: [[0.0001, 0.5], [-0.5, 0.0]], priorities: [1, 0], beyond: [GLASS, 1.0, WATER, 1.0] },
-    // Water within glass that lets it in, and that does not.
+    // Water inside glass with the higher priority for water, and for glass.
     Layers { faces: [[-0.5, 0.5], [-0.2, 0.2]], priorities: [0, 0], beyond: [GLASS, WATER, GLASS, 1.0] },
     Layers { faces: [[-0.5, 0.5], [-0.2, 0.2]], priorities: [0, -1], beyond: [GLASS, 0.0, 0.0, 1.0] },
 ];
@@ -221,7 +221,7 @@ fn nested_media(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 fn eye_in_solids(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
     let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
-    // In the overlap the water has the space: its far face is the first that light knows.
+    // Water has the higher priority in the overlap: its far face is the first visible surface.
     let overlapping = layered(&LAYERS[1]);
     let within = layered(&LAYERS[4]);
     let cases = [

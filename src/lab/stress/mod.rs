@@ -1,6 +1,6 @@
-//! The extremes, as scenes and ray batches run on a device, each with a derived bound and the figure
-//! reached. `whitted stress` prints them; `tests/stress.rs` runs the same cases on the CPU twins, and
-//! plants mistakes to see each case fail.
+//! Stress cases: extreme scenes and batches of rays run on a device, each with a derived error
+//! bound. `whitted stress` prints the results; `tests/stress.rs` runs the same cases on the CPU
+//! twins, and plants mistakes to check that each case can fail.
 
 mod camera;
 mod case;
@@ -27,7 +27,7 @@ pub use crate::scene::procedural::shapes::moved;
 pub use case::{Case, Figure, Harness};
 pub use tracer::{Picture, Tracer, Twins};
 
-/// All cases, in the order they are run.
+/// All cases, in the order in which they run.
 pub fn cases() -> Vec<Case> {
     [
         frame::CASES,

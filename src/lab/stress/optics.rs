@@ -1,4 +1,4 @@
-//! Closed forms of refraction, and what the kernels made of a ray at a surface.
+//! Closed forms of refraction, and records of rays at surfaces in the kernels.
 
 use super::case::{Figure, Harness};
 use crate::lab::probe::ProbeRay;
@@ -6,20 +6,20 @@ use crate::render::RenderError;
 use crate::scene::{Fresnel, Scene};
 use glam::DVec3;
 
-/// A ray at a surface: the numbers that went in, and those that came out.
+/// A ray at a surface: inputs and results of the kernels.
 #[derive(Debug, Clone, Copy)]
 pub struct Crossing {
     /// Direction of the ray as given.
     pub incident: DVec3,
     /// Shading normal on the ray's side, as the kernel has it.
     pub normal: DVec3,
-    /// Index here.
+    /// Index on the ray's side.
     pub n1: f64,
-    /// Index beyond.
+    /// Index on the other side.
     pub n2: f64,
     /// n1 / n2.
     pub eta: f64,
-    /// Share of reflection.
+    /// Reflectance.
     pub share: f64,
     /// Direction of the refracted ray.
     pub transmitted: Option<DVec3>,
@@ -33,7 +33,7 @@ impl Crossing {
         (-self.incident.normalize().dot(self.normal.normalize())).clamp(0.0, 1.0)
     }
 
-    /// Unit incident direction's part along the surface.
+    /// Component of the unit incident direction along the surface.
     pub fn along(&self) -> DVec3 {
         let (d, n) = (self.incident.normalize(), self.normal.normalize());
         d - n * d.dot(n)
@@ -45,8 +45,8 @@ impl Crossing {
     }
 }
 
-/// Sends rays against solids of one index in air and tells what happened at each surface. The ray's
-/// media say which side it is on: in a solid before means out of it after.
+/// Traces rays against solids of one index in air and records each crossing. A ray's list of media
+/// determines its side: a ray inside a solid leaves it.
 pub fn crossings(
     h: &mut Harness<'_>,
     scene: &Scene,
@@ -83,7 +83,7 @@ pub fn crossings(
     Ok(found)
 }
 
-/// Share of reflection between indices `n1` (here) and `n2` at cosine `c`.
+/// Reflectance from index `n1` to `n2` at cosine `c` of incidence.
 pub fn fresnel(law: Fresnel, n1: f64, n2: f64, c: f64) -> f64 {
     let eta = n1 / n2;
     let k = 1.0 - eta * eta * (1.0 - c) * (1.0 + c);
@@ -93,8 +93,8 @@ pub fn fresnel(law: Fresnel, n1: f64, n2: f64, c: f64) -> f64 {
     fresnel_at(law, n1, n2, c, k.sqrt())
 }
 
-/// The same with the cosine beyond given: Born and Wolf, Principles of Optics, 1.5.2; Schlick 1994,
-/// eq. 24, with the cosine on the less dense side.
+/// The same with the cosine of refraction given: Born and Wolf, Principles of Optics, 1.5.2;
+/// Schlick 1994, eq. 24, with the cosine on the less dense side.
 pub fn fresnel_at(law: Fresnel, n1: f64, n2: f64, c: f64, ct: f64) -> f64 {
     match law {
         Fresnel::Constant(share) => share,
@@ -111,7 +111,7 @@ pub fn fresnel_at(law: Fresnel, n1: f64, n2: f64, c: f64, ct: f64) -> f64 {
     }
 }
 
-/// The figure raised to `value` if that is larger or not a number.
+/// The figure with `value` if that is larger or NaN.
 pub fn worst(figure: Figure, value: f64, unit: impl Into<String>) -> Figure {
     if value <= figure.value || figure.value.is_nan() {
         figure

@@ -1,4 +1,5 @@
-//! Where secondary rays start: no ray hits what it left, none slips through what is beside it.
+//! Origins of secondary rays: no ray hits the surface it left, and none passes through a
+//! neighbouring one.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::pixels::{blur, lit, sphere_hit, wrong_pixels};
@@ -52,7 +53,7 @@ fn floor(n: u32, l: f64) -> Mesh {
     mesh(vertices, &faces, 0)
 }
 
-/// Lit or not: the floor y = 0 of half size `l` around the ball's foot, and the ball.
+/// Class of a point on the floor y = 0 of half size `l` or on the sphere: lit or not.
 fn lit_here(scene: &Scene, corner: DVec3, l: f64, o: DVec3, d: DVec3) -> u8 {
     let (s, position) = (scene.spheres[0], scene.lights[0].position);
     let t = (corner.y - o.y) / d.y;
@@ -82,7 +83,7 @@ fn acne(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let scene = moved(&base, 1.0, corner);
             let blur = blur(h, &scene, 4.0 / 64.0);
             let picture = h.picture(&scene)?;
-            // f64 keeps the world's coordinates to 2^-53 of their size: nothing here.
+            // In f64 the world coordinates have a negligible error, 2^-53 of their size.
             let r = wrong_pixels(&scene, &picture, blur, |o, d| lit_here(&scene, corner, l, o, d), lit);
             (wrong, judged) = (wrong + r.0, judged + r.1);
         }
@@ -96,15 +97,16 @@ fn acne(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, judged, "pixels wrong"))
 }
 
-/// The same ball far off the middle of a floor of 2 10^4: local coordinates are large beside it.
+/// The same sphere far from the middle of a floor of size 2 10^4: local coordinates are large
+/// compared with it.
 fn crowded_corner(base: &Scene) -> Scene {
     let mut scene = moved(base, 1.0, DVec3::new(9e3, 0.0, 9e3));
     scene.meshes = vec![floor(8, 1e4)];
     scene
 }
 
-/// Two triangles over the corners of a parallelogram, in a plane but for rounding. No slivers: those
-/// are folded by rounding, by u over their height.
+/// Two triangles on the corners of a parallelogram, coplanar except for rounding. No slivers, which
+/// rounding folds by u over their height.
 fn pair(random: &mut Random) -> Scene {
     let mut far = || 10f64.powf(random.range(-8.0, 8.0)) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
     let mut point = || DVec3::new(far(), far(), far());
@@ -163,7 +165,7 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let hits = h.probe(&scene, &again)?.hits;
         for ((left, spawned, ray), hit) in next.iter().zip(hits) {
             let Some(hit) = hit else { continue };
-            // Rises above the other triangle, on the side it left.
+            // Rises above the other triangle on its own side.
             let other = normals[hit.id as usize];
             let rises = ray.direction.dot(other * other.dot(left.normal).signum()) > 0.0;
             wrong += usize::from(hit.id == left.id || (*spawned && rises));
@@ -173,7 +175,7 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, count, "rays hit the surface they left"))
 }
 
-/// A mirror box of edges 2, 1.5, 1 about the origin, turned about two axes.
+/// A mirror box with edges 2, 1.5, 1 around the origin, rotated about two axes.
 pub fn turned_box() -> Scene {
     let mut scene = empty(vec![mirror(1.0, 0.0)]);
     let mut walls = cuboid(DVec3::new(-1.0, -0.75, -0.5), DVec3::new(1.0, 0.75, 0.5), 0);
@@ -186,7 +188,7 @@ pub fn turned_box() -> Scene {
     scene
 }
 
-/// Rays that escape within `bounces` mirrorings.
+/// Number of rays that escape within `bounces` reflections.
 pub fn escapes(
     h: &mut Harness<'_>,
     scene: &Scene,
@@ -224,7 +226,7 @@ fn mirror_box(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(escaped, 3 * paths, &format!("paths of {bounces} bounces escaped")))
 }
 
-/// A ball of n x 2n quads with smooth normals.
+/// A sphere of n x 2n quads with smooth normals.
 fn smooth_ball(n: usize, material: usize) -> Mesh {
     let mut normals = Vec::new();
     for i in 0..=n {
@@ -261,7 +263,7 @@ fn mirrored_below(h: &mut Harness<'_>) -> Result<usize, RenderError> {
     let mut random = Random::new(32);
     let rays: Vec<ProbeRay> = (0..30_000)
         .map(|_| {
-            // Past a point of the ball, most of them nearly along its surface.
+            // Past a point of the sphere, most of them nearly tangential.
             let n = random.direction();
             let side = n.cross(random.direction()).normalize();
             let d = (side - n * random.unit().powi(4)).normalize();
@@ -281,7 +283,7 @@ fn mirrored_below(h: &mut Harness<'_>) -> Result<usize, RenderError> {
     Ok(probed.children.iter().filter(below).count())
 }
 
-/// Pixels of a matte ball that are black though the light stands at the eye and sees them.
+/// Number of black pixels on a matte sphere lit from the camera.
 fn black_pixels(h: &mut Harness<'_>) -> Result<usize, RenderError> {
     let mut scene = empty(vec![matte([1.0; 3], 1.0)]);
     scene.meshes = vec![smooth_ball(6, 0)];

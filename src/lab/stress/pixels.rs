@@ -1,11 +1,11 @@
-//! Pictures against closed forms: what class each pixel must be of, edges left out.
+//! Compares pictures with closed forms: the expected class of each pixel, except at edges.
 
 use super::case::Harness;
 use super::tracer::Picture;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// The ray through image coordinates (x, y), in pixels from the top left, in the user's space.
+/// The ray through image coordinates (x, y), in pixels from the top left, in world coordinates.
 pub fn ray_through(scene: &Scene, x: f64, y: f64) -> (DVec3, DVec3) {
     let c = &scene.camera;
     let forward = (c.look_at - c.look_from).normalize();
@@ -17,8 +17,8 @@ pub fn ray_through(scene: &Scene, x: f64, y: f64) -> (DVec3, DVec3) {
     (c.look_from, (forward + lateral).normalize())
 }
 
-/// Pixels whose class in the picture is not the one that `class_of` gives to their ray, and how many
-/// were judged. A pixel is judged if its class is the same `blur` pixels around.
+/// Number of pixels whose class differs from that of their ray in `class_of`, and number of pixels
+/// compared. A pixel is compared if the class is constant within `blur` pixels.
 pub fn wrong_pixels(
     scene: &Scene,
     picture: &Picture,
@@ -47,7 +47,7 @@ pub fn wrong_pixels(
     (wrong, judged)
 }
 
-/// 1 if any light came, 0 for black; 2 for what is not finite.
+/// 1 for a lit pixel, 0 for black, 2 if not finite.
 pub fn lit(color: [f32; 3]) -> u8 {
     if color.iter().any(|c| !c.is_finite()) { 2 } else { u8::from(color.iter().any(|c| *c > 0.0)) }
 }
@@ -68,8 +68,8 @@ pub fn sphere_hit(o: DVec3, d: DVec3, c: DVec3, r: f64) -> Option<f64> {
     [near, far].into_iter().find(|t| *t > 0.0)
 }
 
-/// How far the spawn offset may shift a shadow's edge, in pixels of `footprint` metres, besides the
-/// 0.02 pixels of all other roundings: 4u |p| + 12u * 2 ext along each axis of a frame of radius 1
+/// Shift of a shadow's edge by the ray offset, in pixels of `footprint` metres, plus 0.02 pixels
+/// for all other roundings: 4u |p| + 12u * 2 ext along each axis of a frame of radius 1
 /// (numerics.md, Spawn origins) is under 64u.
 pub fn blur(h: &Harness<'_>, scene: &Scene, footprint: f64) -> f64 {
     let radius = 2f64.powi(-h.frame(scene).scale_log2);

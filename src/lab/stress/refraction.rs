@@ -106,12 +106,12 @@ fn equal_indices(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong + usize::from(crossed == 0), crossed, "rays changed"))
 }
 
-/// What the squared cosine beyond may be off by, for a relative index `eta`.
+/// Allowed error of the squared cosine of refraction for a relative index `eta`.
 fn squared_cosine_error(u: f64, eta: f64) -> f64 {
     (4.0 * eta.max(1.0) + 16.0) * u
 }
 
-/// What the cosine beyond may be off by.
+/// Allowed error of the cosine of refraction.
 fn cosine_error(u: f64, eta: f64, k: f64) -> f64 {
     let e = squared_cosine_error(u, eta);
     e.sqrt().min(e / k.max(0.0).sqrt())
@@ -122,7 +122,7 @@ fn critical_angle(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let steps = if u < 1e-10 { 16 } else { 8 };
     let mut figure = Figure::new(0.0, 1.0, "of the allowed error");
     for n in [1.33, 1.5, 2.42, 1000.0] {
-        // A constant share: any other law goes to 1 at the critical angle by itself.
+        // A constant reflectance: any other law reaches 1 at the critical angle.
         let scene = block(n, Fresnel::Constant(0.25));
         let critical = (1.0 / f64::from(n as f32)).asin();
         let mut random = Random::new(32);
@@ -158,7 +158,7 @@ fn critical_angle(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(figure)
 }
 
-/// Random rays onto a unit sphere of index `n`, from outside and from inside.
+/// Random rays at a unit sphere of index `n`, from outside and from inside.
 fn random_crossings(
     h: &mut Harness<'_>,
     n: f64,
@@ -213,7 +213,7 @@ fn snell(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(figure)
 }
 
-/// Largest change of the law when its cosines move by their roundings.
+/// Largest change of the reflectance by the rounding of its cosines.
 fn sensitivity(law: Fresnel, c: &Crossing, u: f64) -> f64 {
     let at = fresnel(law, c.n1, c.n2, c.cosine());
     let moved = |by: f64| (fresnel(law, c.n1, c.n2, (c.cosine() + by).clamp(0.0, 1.0)) - at).abs();
@@ -243,7 +243,7 @@ fn fresnel_share(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             }
         }
     }
-    // Numbers that can be looked up: normal incidence, 45 degrees (Mitsuba's test_fresnel), Brewster.
+    // Published values: normal incidence, 45 degrees (Mitsuba's test_fresnel), Brewster.
     let scene = block(1.5, Fresnel::Exact);
     let above = h.local(&scene, DVec3::Z * 4.0);
     let at = |degrees: f64| DVec3::new(degrees.to_radians().sin(), 0.0, -degrees.to_radians().cos());
@@ -302,7 +302,7 @@ fn thin_sheet(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(figure)
 }
 
-/// A sheet of index 1 within glass, where Schlick's cosine is the one beyond.
+/// A sheet of index 1 inside glass, where Schlick's cosine is that of refraction.
 fn inside_sheet(h: &mut Harness<'_>, figure: Figure, ior: f64) -> Result<Figure, RenderError> {
     let mut scene = block(ior, Fresnel::Schlick);
     scene.materials.push(glass(1.0, Fresnel::Schlick));

@@ -57,12 +57,12 @@ fn sums(v: DVec3) -> [Sum; 3] {
     v.to_array().map(|x| Sum(x, 0.0))
 }
 
-/// How a ray passes a sphere.
+/// A ray and a sphere.
 #[derive(Debug, Clone, Copy)]
 pub struct Pass {
     /// Both roots in units of the direction, the nearer first; NaN if it misses.
     pub roots: [f64; 2],
-    /// Distance of the ray's line from the centre, less the radius.
+    /// Distance of the ray's line from the centre - radius.
     pub gap: f64,
     /// Distance of the centre from the ray's origin.
     pub distance: f64,

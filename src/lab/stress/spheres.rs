@@ -1,4 +1,4 @@
-//! Ray/sphere: far, near, tiny, huge, from inside, on the rim.
+//! Ray-sphere intersection: far, near, tiny, huge, from inside, at the rim.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::roots::{Pass, pass};
@@ -48,7 +48,7 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// A lone sphere at the origin, seen from `eye`.
+/// A single sphere at the origin, seen from `eye`.
 fn lone(radius: f64, eye: DVec3) -> Scene {
     let mut s = empty(vec![matte([1.0; 3], 1.0)]);
     s.spheres = vec![sphere([0.0; 3], radius, 0)];
@@ -56,16 +56,16 @@ fn lone(radius: f64, eye: DVec3) -> Scene {
     s
 }
 
-/// What may be wrong with t, and how near the rim a hit is anybody's guess.
+/// Allowed error of t, and the distance from the rim within which a ray may hit or miss.
 struct Tolerance {
     t: f64,
     band: f64,
 }
 
-/// In single length the line's distance b from the centre is off by 4u D; in double length by 16u^2,
-/// and by 4 * 2^-53 of what f64 keeps of the scene, of the way to the rim. So r^2 - b^2 is off by
-/// e = 2b that, and |sqrt(x + e) - sqrt(x)| <= min(sqrt e, e / sqrt x). |f|^2 - r^2 is off by
-/// 4u D (D + r) in single length and t = (|f|^2 - r^2) / q with it; 12 more roundings.
+/// In single precision the line's distance b from the centre has an error of 4u D; in double-length
+/// an error of (16u^2 + 4 * 2^-53) times the distance to the rim. So r^2 - b^2 has an error of e =
+/// 2b that, and |sqrt(x + e) - sqrt(x)| <= min(sqrt e, e / sqrt x). |f|^2 - r^2 has an error of 4u
+/// D (D + r) in single precision, which t = (|f|^2 - r^2) / q inherits; plus 12 roundings.
 fn tolerance(u: f64, p: &Pass, r: f64, wide: bool) -> Tolerance {
     let b = r + p.gap;
     let way = (p.distance * p.distance - b * b).max(0.0).sqrt();
@@ -81,7 +81,7 @@ fn tolerance(u: f64, p: &Pass, r: f64, wide: bool) -> Tolerance {
     Tolerance { t: relative * u * t + lack + e.sqrt().min(e / root), band: off }
 }
 
-/// Rays from `origin` toward points of sphere 0, no nearer to its rim than 10^-3 of the radius.
+/// Rays from `origin` toward points of sphere 0, at least 10^-3 of the radius from its rim.
 fn toward_disc(
     h: &Harness<'_>,
     scene: &Scene,
@@ -98,8 +98,8 @@ fn toward_disc(
         .collect()
 }
 
-/// The hits of rays on sphere 0 against exact ones: wrong hits, and the greatest error of t as a
-/// share of its bound.
+/// Compares hits on sphere 0 with exact ones: number of wrong hits, and greatest error of t /
+/// allowed error.
 fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize, f64), RenderError> {
     let (center, radius, wide) = h.local_sphere(scene, 0);
     let hits = h.probe(scene, rays)?.hits;
@@ -121,7 +121,7 @@ fn judge(h: &mut Harness<'_>, scene: &Scene, rays: &[ProbeRay]) -> Result<(usize
     Ok((wrong, worst))
 }
 
-/// The worse of wrong hits and the error of t.
+/// The number of wrong hits if there are any, otherwise the error of t.
 fn verdict(wrong: usize, worst: f64, rays: usize) -> Figure {
     if wrong > 0 {
         return Figure::count(wrong, rays, "rays wrong");
@@ -135,7 +135,7 @@ fn distance(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for k in 1..=7 {
         let mut scene = lone(1.0, random.direction() * 10f64.powi(k));
         if k > 4 {
-            // Something behind the eye makes the frame as large as the distance.
+            // An object behind the camera makes the local frame as large as the distance.
             let behind =
                 [1.5, 1.6, 1.7].map(|f| (scene.camera.look_from * f + random.direction()).to_array());
             scene.polygons = vec![polygon(&behind, 0)];
@@ -160,7 +160,7 @@ fn planet(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let rays: Vec<ProbeRay> = (0..4000)
             .map(|i| {
                 let side = up.cross(random.direction()).normalize();
-                // Straight down, anywhere below, and about the horizon.
+                // Straight down, anywhere below, and around the horizon.
                 let angle = match i % 3 {
                     0 => random.range(0.0, 1.5),
                     1 => dip * (1.0 + 2f64.powi(-(i % 20))),
@@ -173,7 +173,7 @@ fn planet(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let (w, t) = judge(h, &scene, &rays)?;
         (wrong, worst, count) = (wrong + w, worst.max(t), count + rays.len());
     }
-    // The bead: a floor of 10^3 keeps the frame large.
+    // The bead: a floor of size 10^3 keeps the local frame large.
     let mut scene = lone(1e-3, DVec3::new(600.0, 500.0, 700.0));
     let l = 1000.0;
     scene.polygons = vec![polygon(&[[-l, -1.0, -l], [-l, -1.0, l], [l, -1.0, l], [l, -1.0, -l]], 0)];
@@ -192,7 +192,7 @@ fn planet(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(verdict(wrong, worst, count + rays.len()))
 }
 
-/// True if the ray meets sphere 0 well off its rim.
+/// True if the ray hits sphere 0 away from its rim.
 fn certain_hit(h: &Harness<'_>, scene: &Scene, ray: &ProbeRay) -> bool {
     let (center, radius, _) = h.local_sphere(scene, 0);
     pass(ray.origin, ray.direction, center, radius).gap < -1e-3 * radius
@@ -222,7 +222,7 @@ fn rim(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(verdict(wrong, worst, count))
 }
 
-/// Error of a hit of primitive `id` that must come at `t`; infinite if it did not.
+/// Error of a hit expected on primitive `id` at `t`; infinite if it is missing.
 fn error_at(hit: &Option<ProbeHit>, id: u32, t: f64) -> f64 {
     match hit {
         Some(hit) if hit.id == id => (hit.t - t).abs(),
@@ -236,13 +236,13 @@ fn roots(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::share(two.max(one), "worst of 6,005 rays"))
 }
 
-/// Two glass spheres of radius 1 at z = 0 and 3: a ray through their centres meets -1, 1, 2, 4.
+/// Two glass spheres of radius 1 at z = 0 and 3: a ray through their centres hits z = -1, 1, 2, 4.
 fn two_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
     let mut scene = empty(vec![glass(1.5, Fresnel::Exact)]);
     scene.spheres = vec![sphere([0.0; 3], 1.0, 0), sphere([0.0, 0.0, 3.0], 1.0, 0)];
     let frame = h.frame(&scene);
     let mut ray = ProbeRay::new(h.local(&scene, DVec3::new(0.0, 0.0, -5.0)), DVec3::Z);
-    // Respawning moves the origin by the spawn offset, 16u (|c| + r), which the chord leaves out.
+    // Each new ray starts at the ray offset, 16u (|c| + r), which the chord does not contain.
     let reach = (0..2).map(|i| h.local_sphere(&scene, i)).map(|s| s.0.length() + s.1).fold(0.0, f64::max);
     let mut worst = 0.0f64;
     for (id, z) in [(0, -1.0), (0, 1.0), (1, 2.0), (1, 4.0)] {
@@ -278,7 +278,7 @@ fn inside_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
     for (ray, hit) in rays.iter().zip(&hits) {
         let (f, d) = (ray.origin - center, ray.direction);
         let chord = -2.0 * f.dot(d) / d.length_squared();
-        // Where rounding decides between in and out, either is right.
+        // Where rounding decides between inside and outside, either is right.
         if ray.skip.is_some() && chord.abs() <= 64.0 * h.u() * (ray.origin.abs().max_element() + radius) {
             continue;
         }
@@ -296,15 +296,15 @@ fn inside_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
     Ok(worst)
 }
 
-/// A glass ball of radius 10^U(-4,4) somewhere in 10^U(-8,8), and a mirror triangle far from it that
-/// gives the frame its size.
+/// A glass sphere of radius 10^U(-4,4) at a position of size 10^U(-8,8), and a distant mirror
+/// triangle that determines the size of the local frame.
 fn stray_ball(random: &mut Random) -> Scene {
     let mut scene = empty(vec![glass(1.5, Fresnel::Exact), mirror(1.0, 0.0)]);
     let radius = 10f64.powf(random.range(-4.0, 4.0));
     let mut far = || 10f64.powf(random.range(-8.0, 8.0)) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
     let center = DVec3::new(far(), far(), far());
     scene.spheres = vec![sphere(center.to_array(), radius, 0)];
-    // Between one and 4096 radii of the ball the frame is that of f32, beyond of double length.
+    // Up to 4096 radii the sphere is tested in f32, beyond in double-length arithmetic.
     let size = radius * 10f64.powf(random.range(0.0, 4.5));
     let corner = center + DVec3::splat(size);
     scene.polygons = vec![polygon(
@@ -341,13 +341,13 @@ fn reintersect(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let side = if child.refracted { -hit.normal } else { hit.normal };
             let tangent = side.cross(random.direction()).normalize();
             if !child.refracted {
-                // Not off the surface at all: the sphere is known to be left.
+                // Exactly on the surface: the kernel knows which sphere the ray leaves.
                 let d = h.round((tangent + side).normalize());
                 next.push((false, ProbeRay { skip: Some(own), ..ProbeRay::new(hit.position, d) }));
             }
             for k in [0, 2, 6, 10, 14, 18, 22] {
                 let d = h.round((tangent + side * 2f64.powi(-k)).normalize());
-                // Outward of the sphere as the kernels hold it.
+                // Outward of the sphere as rounded in the kernels.
                 if d.dot(side) > 0.0 {
                     next.push((
                         child.refracted,

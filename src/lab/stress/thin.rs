@@ -1,4 +1,4 @@
-//! Triangles at the end of the numbers: tiny, thin, flat to the ray, without area, far, huge.
+//! Extreme triangles: tiny, thin, edge-on, without area, distant, huge.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::exact::{Verdict, inclusive, local_triangles, verdict};
@@ -66,7 +66,7 @@ fn soup(triangles: &[[DVec3; 3]]) -> Scene {
     one_mesh(triangles.concat(), &faces)
 }
 
-/// Two triangles that make the local frame the world: the scene's box is [-0.5, 0.5]^3.
+/// Two triangles that make the local frame equal to the world: the scene's box is [-0.5, 0.5]^3.
 fn frame_keepers() -> [[DVec3; 3]; 2] {
     [-0.5, 0.5].map(|s| {
         let p = DVec3::splat(s);
@@ -93,7 +93,7 @@ fn tiny_triangle(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 fn tiny_in_scene(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let u = h.u();
     let (mut missed, mut sure) = (0, 0);
-    // At the middle, where numbers are fine: a ray along an axis has no rounding to lose.
+    // In the middle, where numbers are densest: a ray along an axis is not rounded.
     for k in [12, 20, 33, 47, 60] {
         let s = 2f64.powi(-k);
         let mut triangles = vec![[DVec3::ZERO, DVec3::X * s, DVec3::Y * s]];
@@ -125,7 +125,7 @@ fn tiny_in_scene(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for ((id, ray), hit) in rays.iter().zip(h.probe(&scene, &batch)?.hits) {
         let Verdict::Hit(t) = verdict(&local[*id], ray.origin, ray.direction, u) else { continue };
         sure += 1;
-        // Another may lie before it; nothing beyond it may be seen.
+        // A hit in front of it is allowed, a hit behind it is not.
         let along = |p: &DVec3| (*p - ray.origin).dot(ray.direction) / ray.direction.length_squared();
         let ends = local[*id].iter().map(along);
         let far = ends.fold(t, f64::max) * (1.0 + 16.0 * u) + 16.0 * u;
@@ -202,7 +202,7 @@ fn slivers(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 
 fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let (x, z) = (-1113.45459, -56.2431908);
-    // Single numbers in pbrt's test.
+    // The numbers of pbrt's test.
     let bad = [-79.049614, -87.0922699, -79.2090149].map(|y| DVec3::new(x, y, z).as_vec3().as_dvec3());
     let mut triangles = vec![bad];
     let alone = soup(&triangles);
@@ -215,7 +215,7 @@ fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let rays = [ray(h, &alone)];
     let mut wrong = h.probe(&alone, &rays)?.hits.iter().flatten().count();
     wrong += usize::from(h.picture(&alone)?.counters.degenerate_triangles != 1);
-    // On the grid of sixteenths, so that the corners stay on their line in the local frame.
+    // Multiples of 1/16, so that the vertices stay collinear in the local frame.
     triangles = frame_keepers().to_vec();
     let mut random = Random::new(70);
     let mut rays = Vec::new();
@@ -223,7 +223,7 @@ fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         |r: &mut Random, n: f64| (DVec3::new(r.range(-n, n), r.range(-n, n), r.range(-n, n))).round() / 64.0;
     for i in 0..500 {
         let (a, step) = (grid(&mut random, 10.0), grid(&mut random, 3.0));
-        // Two or three corners may be one.
+        // Two or three vertices may coincide.
         let k = [[0.0, 1.0, 2.0], [0.0, 3.0, 1.0], [1.0, 0.0, 0.0], [2.0, 2.0, 0.0]][i % 4];
         triangles.push(k.map(|k| a + step * k));
         for _ in 0..8 {
@@ -238,8 +238,8 @@ fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(Figure::count(wrong, rays.len() + 1, "rays hit, or triangles not counted"))
 }
 
-/// Rays in the plane of a tilted triangle whose arithmetic is exact: the direction's largest component
-/// is a power of two.
+/// Rays in the plane of a tilted triangle with exact arithmetic: the largest component of the
+/// direction is a power of two.
 fn rays_in_plane(tri: &[DVec3; 3]) -> Vec<ProbeRay> {
     let (e1, e2) = (tri[1] - tri[0], tri[2] - tri[0]);
     let mut rays = Vec::new();

@@ -1,4 +1,4 @@
-//! What a case runs on: a Vulkan device, or the CPU twins of its kernels.
+//! Tracers for cases: a Vulkan device, or the CPU twins of its kernels.
 
 use crate::kernel::abi;
 use crate::lab::probe::{ProbeRay, Probed, probe_twins};
@@ -11,12 +11,12 @@ use crate::report::{Counters, DepthInfo, RayInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// An image and what was counted.
+/// An image with its counters.
 #[derive(Debug, Clone)]
 pub struct Picture {
     /// Rows from the top, linear RGB.
     pub linear: Vec<[f32; 3]>,
-    /// What ought to be zero.
+    /// Counts of numerical faults.
     pub counters: Counters,
     /// Rays traced.
     pub rays: RayInfo,
@@ -29,9 +29,10 @@ pub trait Tracer {
     /// Traces `rays` against `scene` and spawns their children.
     fn probe(&mut self, scene: &Scene, settings: &Settings, rays: &[ProbeRay])
     -> Result<Probed, RenderError>;
-    /// Tests every primitive (`true`), walks the hierarchy (`false`), or chooses by the scene's size.
+    /// Forces brute force (`true`) or the hierarchy (`false`); `None` chooses by the number of
+    /// primitives.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
-    /// The frame that the kernels see `scene` in.
+    /// The local frame of `scene` in the kernels.
     fn frame(&self, scene: &Scene) -> LocalFrame {
         LocalFrame::of(scene)
     }

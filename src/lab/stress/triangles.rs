@@ -1,4 +1,4 @@
-//! Ray/triangle: no light through closed surfaces.
+//! Ray-triangle intersection: no light leaks through closed surfaces.
 
 use super::case::{Case, Figure, Harness, Random};
 use super::exact::{Corners, local_triangles};
@@ -118,7 +118,7 @@ fn watertight(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let (frame, local) = (h.frame(&scene), local_triangles(h, &scene));
     let mut rays = Vec::new();
     for i in 0..90_000 {
-        // Well inside: the mesh never comes nearer to its centre than radius 1.
+        // Well inside: the mesh is nowhere closer to its centre than 1.
         let origin = h.round(frame.point(random.direction() * 0.5));
         let target = match i % 3 {
             0 => origin + random.direction(),
@@ -154,7 +154,7 @@ fn far_watertight(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
             let mut target = origin + way;
             if i % 3 > 0 {
                 target = seam_point(&local, &mut random, i % 3 == 1);
-                // The plane's rim is no seam: what is aimed at it may pass outside.
+                // The rim of the plane is open: a ray aimed at it may pass outside.
                 let rim = |p: DVec3| which == 2 && (p.y.abs() > 0.3 || p.z.abs() > 0.3);
                 while rim(target) {
                     target = seam_point(&local, &mut random, i % 3 == 1);
@@ -168,14 +168,14 @@ fn far_watertight(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     Ok(total(parts, count))
 }
 
-/// A turned point of the unit box stretched to 2 x 2 x `height`.
+/// A point of the unit box, stretched to 2 x 2 x `height` and rotated.
 fn turned(p: DVec3, height: f64) -> DVec3 {
     let q = DVec3::new(2.0 * p.x - 1.0, 2.0 * p.y - 1.0, height * (p.z - 0.5));
     let q = DVec3::new(0.6 * q.x - 0.8 * q.y, 0.8 * q.x + 0.6 * q.y, q.z);
     DVec3::new(0.28 * q.x - 0.96 * q.z, q.y, 0.96 * q.x + 0.28 * q.z)
 }
 
-/// The shell of the box: strips along y, each an object of its own.
+/// The surface of the box as strips along y, each a separate object.
 fn strips(height: f64, count: usize) -> Scene {
     let mut scene = of_meshes(Vec::new());
     let mut random = Random::new(5);
@@ -238,7 +238,7 @@ fn flat_boxes(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let mut rays = Vec::new();
         for i in 0..16_000 {
             let mut target = seam_point(&local, &mut random, i % 2 == 0);
-            // The rim is open, and a far ray's rounding may carry it past.
+            // The rim is open, and the rounding of a distant ray may carry it past.
             while target.abs().max_element() > 0.3 {
                 target = seam_point(&local, &mut random, i % 2 == 0);
             }

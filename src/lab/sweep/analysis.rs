@@ -1,5 +1,5 @@
-//! Statistics over the rows: the Pareto front of time and error, the fastest point for an error, the slope of error
-//! against samples, and the cost of twice the samples.
+//! Statistics over the rows: the Pareto front of time and error, the fastest point for an error,
+//! the slope of error against samples, and the cost of twice the samples.
 
 use super::row::{ErrorInfo, Row};
 use serde::{Deserialize, Serialize};
@@ -60,8 +60,8 @@ impl Doubling {
 /// Relative improvement below which an error does not count as lower.
 const SAME: f64 = 0.01;
 
-/// Indices of the Pareto front of (time, error) pairs, by time. Of equal pairs the first counts; a slower pair has
-/// to be better by more than `SAME`.
+/// Indices of the Pareto front of (time, error) pairs, by time. Of equal pairs the first counts; a
+/// slower pair has to be better by more than `SAME`.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|i| points[*i].0.is_finite() && points[*i].1.is_finite()).collect();
@@ -109,8 +109,9 @@ pub fn fit(points: &[(f64, f64)]) -> Option<(f64, Option<f64>)> {
     Some((slope, (points.len() > 2).then(|| (rest / (n - 2.0) / sxx).sqrt())))
 }
 
-/// Exponent of a sampler's RMSE against samples in theory, in words and at edges (Owen, "Monte Carlo Theory, Methods and Examples",
-/// chapters 10 and 17; on edges Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
+/// Exponent of a sampler's RMSE against samples in theory, in words and at edges (Owen, "Monte
+/// Carlo Theory, Methods and Examples", chapters 10 and 17; on edges Mitchell, "Consequences of
+/// Stratified Sampling in Graphics", 1996).
 pub fn theory(sampler: &str) -> (&'static str, f64) {
     match sampler {
         "random" => ("-1/2", -0.5),
@@ -128,8 +129,8 @@ pub struct Line {
     pub points: Vec<(f64, f64)>,
 }
 
-/// All lines, without one-sample rows, whose sample lies at the pixel's centre, and without errors smaller than the
-/// truth's own standard error.
+/// All lines, without one-sample rows, whose sample lies at the pixel's centre, and without errors
+/// smaller than the truth's own standard error.
 pub fn lines(rows: &[Row]) -> Vec<Line> {
     let mut groups: BTreeMap<String, Vec<(&Row, f64)>> = BTreeMap::new();
     for row in rows.iter().filter(|r| r.point.samples > 1) {

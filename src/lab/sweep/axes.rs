@@ -57,7 +57,8 @@ pub struct Axis {
     pub name: &'static str,
     /// In the order given.
     pub values: Vec<Value>,
-    /// True if `all` values were asked for; those that the device does not support are then left out.
+    /// True if `all` values were asked for; those that the device does not support are then left
+    /// out.
     pub all: bool,
 }
 

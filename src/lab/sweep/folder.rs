@@ -1,5 +1,5 @@
-//! Files in a sweep's folder: the record (`sweep.json`, `sweep.csv`), the truth (`truth.bin`) and one
-//! picture per row (`points/KEY.exr`).
+//! Files in a sweep's folder: the record (`sweep.json`, `sweep.csv`), the truth (`truth.bin`) and
+//! one picture per row (`points/KEY.exr`).
 
 use super::record::Record;
 use super::row::Row;
@@ -108,7 +108,8 @@ impl<'a> Folder<'a> {
         self.write(&report.image.file, &mut |out| Format::Exr.encode(view, &metadata, out))
     }
 
-    /// Removes the picture of a row that is no longer wanted. A file that cannot be removed only takes room.
+    /// Removes the picture of a row that is no longer wanted. A file that cannot be removed only
+    /// takes room.
     pub(super) fn remove_picture(self, row: &Row) {
         let _ = fs::remove_file(self.path(&row.image.file));
     }

@@ -1,4 +1,5 @@
-//! Refines the truth until it is good enough for the points, then measures each point's error against it.
+//! Refines the truth until it is good enough for the points, then measures each point's error
+//! against it.
 
 use super::keys::{bias_key, scene_hash};
 use super::plan::Watch;
@@ -26,8 +27,8 @@ const ROUNDS: u32 = 6;
 const NEGLIGIBLE: f64 = 4e-6;
 /// Samples per pixel from which the truncation of a depth is estimated.
 const CUT_SAMPLES: u32 = REPLICATES;
-/// Samples per pixel from which a bias is estimated. They are the same in both pictures, so that most of
-/// their noise cancels.
+/// Samples per pixel from which a bias is estimated. They are the same in both pictures, so that
+/// most of their noise cancels.
 const BIAS_SAMPLES: u32 = 2 * REPLICATES;
 
 impl Work<'_> {
@@ -185,8 +186,8 @@ impl Work<'_> {
         Ok(smallest)
     }
 
-    /// Estimates each point's bias: its error in the limit of many samples. Points that differ only in
-    /// samples, sampler or seed share one.
+    /// Estimates each point's bias: its error in the limit of many samples. Points that differ only
+    /// in samples, sampler or seed share one.
     pub(super) fn biases(
         &self,
         renderer: &mut Renderer,

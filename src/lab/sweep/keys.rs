@@ -9,8 +9,8 @@ use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Key of a point's row: program, device, scene, and every setting that its image or time depends on. 16
-/// hexadecimal digits.
+/// Key of a point's row: program, device, scene, and every setting that its image or time depends
+/// on. 16 hexadecimal digits.
 pub(super) fn row_key(plan: &Plan, device: &DeviceInfo, scene_hash: &str, point: &Point) -> String {
     let s = &plan.base;
     let text = format!(

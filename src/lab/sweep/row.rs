@@ -47,8 +47,8 @@ pub struct ErrorInfo {
     pub total: f64,
     /// Part of `total` that more samples would remove, RMSE.
     pub sampling: Option<f64>,
-    /// Bias: the RMSE that infinitely many samples would leave, from depth, cutoff, precision, origin, Fresnel law
-    /// and spheres.
+    /// Bias: the RMSE that infinitely many samples would leave, from depth, cutoff, precision,
+    /// origin, Fresnel law and spheres.
     pub limit: Option<f64>,
     /// Standard error of the truth, RMSE.
     pub truth: f64,
@@ -155,8 +155,8 @@ impl Row {
     }
 }
 
-/// Measures the errors of an image. `truth_error` is the truth's standard error, `truth_truncation` the bound on the
-/// error from its depth limit, and `limit` the bias.
+/// Measures the errors of an image. `truth_error` is the truth's standard error, `truth_truncation`
+/// the bound on the error from its depth limit, and `limit` the bias.
 ///
 /// # Errors
 /// If the images have different sizes.

@@ -1,4 +1,5 @@
-//! A sweep from begin to end: renders and times the points, refines the truth, judges, writes the page.
+//! A sweep from begin to end: renders and times the points, refines the truth, judges, writes the
+//! page.
 
 use super::folder::Folder;
 use super::keys::{row_key, scene_hash};
@@ -11,8 +12,8 @@ use crate::render::Renderer;
 use crate::report::{DeviceInfo, ProgramInfo};
 use crate::scene::{Fresnel, Scene};
 
-/// Runs a sweep and writes `sweep.json`, `sweep.csv`, the page, the truth and the pictures. After an error the rows
-/// finished so far are in the files.
+/// Runs a sweep and writes `sweep.json`, `sweep.csv`, the page, the truth and the pictures. After
+/// an error the rows finished so far are in the files.
 ///
 /// # Errors
 /// If the device fails, a file cannot be written, or an observer cancels.
@@ -56,7 +57,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// The record of an earlier run, reduced to the rows that are still wanted, under this run's heading.
+    /// The record of an earlier run, reduced to the rows that are still wanted, under this run's
+    /// heading.
     fn begin(&self) -> Result<Record, SweepError> {
         self.folder.create()?;
         let plan = self.plan;

@@ -17,8 +17,8 @@ const LONG_SECONDS: f64 = 10.0;
 const WRITE_SECONDS: f64 = 5.0;
 
 impl Work<'_> {
-    /// Measures the points that have no row yet. After an error the rows measured so far, in this run or an
-    /// earlier one, are in `record`.
+    /// Measures the points that have no row yet. After an error the rows measured so far, in this
+    /// run or an earlier one, are in `record`.
     pub(super) fn measure(
         &self,
         renderer: &mut Renderer,

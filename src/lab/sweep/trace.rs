@@ -44,7 +44,7 @@ impl SweepError {
     }
 }
 
-/// A tracer of samples, told of progress through an observer.
+/// A tracer of samples.
 pub(super) enum Tracer {
     Device(Box<Survey>),
     Oracle(Box<Oracle>, Settings),

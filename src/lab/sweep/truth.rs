@@ -1,6 +1,7 @@
-//! The truth of a sweep: the scene in f64, at a depth with negligible truncation, sampled until its own standard
-//! error is small. The standard error is estimated from replicates, which are independent estimates of each pixel
-//! (Owen, "Monte Carlo Theory, Methods and Examples", chapter 17.6).
+//! The truth of a sweep: the scene in f64, at a depth with negligible truncation, sampled until its
+//! own standard error is small. The standard error is estimated from replicates, which are
+//! independent estimates of each pixel (Owen, "Monte Carlo Theory, Methods and Examples", chapter
+//! 17.6).
 
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::accuracy::truncation::{TruncationBound, truncation};
@@ -15,8 +16,9 @@ use std::io::{self, BufRead, Read, Write};
 pub const REPLICATES: u32 = 16;
 /// Least samples of a pixel.
 const FIRST: u32 = 4 * REPLICATES;
-/// A pixel stops once its standard error is below this fraction of the target for the whole image. The estimate from
-/// 16 replicates has a relative error of 18 %; the margin keeps pixels that stopped by chance from mattering.
+/// A pixel stops once its standard error is below this fraction of the target for the whole image.
+/// The estimate from 16 replicates has a relative error of 18 %; the margin keeps pixels that
+/// stopped by chance from mattering.
 const LEAVES: f64 = 0.5;
 /// Samples between two checks for cancellation.
 const PART: u64 = 1 << 21;
@@ -91,8 +93,8 @@ impl Truth {
             .collect()
     }
 
-    /// Squared standard error of each pixel, mean over the channels. A channel that is certainly above 1 is clamped
-    /// and has none. Infinite before the first sample.
+    /// Squared standard error of each pixel, mean over the channels. A channel that is certainly
+    /// above 1 is clamped and has none. Infinite before the first sample.
     fn variances(&self) -> Vec<f64> {
         let pixels = self.sums.chunks(REPLICATES as usize).zip(&self.counts);
         pixels.map(|(sums, count)| variance_shown(sums, *count)).collect()
@@ -109,8 +111,8 @@ impl Truth {
         !self.wanting(target, cap(most)).is_empty()
     }
 
-    /// The pixels that need more samples for a standard error of `target` and have fewer than `most`, grouped by
-    /// their number of samples.
+    /// The pixels that need more samples for a standard error of `target` and have fewer than
+    /// `most`, grouped by their number of samples.
     fn wanting(&self, target: f64, most: u32) -> BTreeMap<u32, Vec<u32>> {
         let variances = self.variances();
         let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -126,8 +128,9 @@ impl Truth {
         groups
     }
 
-    /// Adds samples until the standard error is at most `target`, or every pixel above it has `most`. `after` is
-    /// called after each part with the source, the samples traced and the samples planned in this round.
+    /// Adds samples until the standard error is at most `target`, or every pixel above it has
+    /// `most`. `after` is called after each part with the source, the samples traced and the
+    /// samples planned in this round.
     ///
     /// # Errors
     /// Those of the source. Samples traced before are kept.
@@ -250,7 +253,8 @@ fn cap(most: u32) -> u32 {
     most.max(FIRST) / REPLICATES * REPLICATES
 }
 
-/// Mean over the channels of the squared standard error of a pixel's mean, from its replicates' sums.
+/// Mean over the channels of the squared standard error of a pixel's mean, from its replicates'
+/// sums.
 fn variance_shown(sums: &[[f64; 3]], count: u32) -> f64 {
     if count == 0 {
         return f64::INFINITY;
@@ -272,8 +276,9 @@ fn mean_and_variance(values: impl ExactSizeIterator<Item = f64> + Clone) -> (f64
     (mean, spread / (n * (n - 1.0)))
 }
 
-/// RMSE between two settings in the limit of many samples, estimated from the same samples of both: the mean square
-/// difference minus the mean squared standard error of the difference. `samples` is the number in each sum.
+/// RMSE between two settings in the limit of many samples, estimated from the same samples of both:
+/// the mean square difference minus the mean squared standard error of the difference. `samples` is
+/// the number in each sum.
 pub fn limit_error(a: &Traced, b: &Traced, samples: u32) -> f64 {
     let replicates = a.replicates.max(2);
     let each = f64::from(samples) / replicates as f64;

@@ -6,7 +6,9 @@ use super::tiles::tiles;
 use super::{HEAP_EIGHTHS, Limits, Plan, element_bytes};
 use crate::kernel::abi::{self, Buf};
 use crate::prepare::Packed;
-use crate::report::explain::{BufferRow, FeatureRow, LimitInfo, Outline, Planned, ReachInfo, SearchInfo};
+use crate::report::explain::{
+    BufferRow, ExplainedPlan, FeatureRow, LimitInfo, MaxDepthInfo, Planned, SearchInfo,
+};
 use crate::report::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::settings::{Precision, Settings};
 use crate::units::{grouped, plural};
@@ -19,9 +21,9 @@ pub fn explain(
     settings: &Settings,
     limits: &Limits,
     plan: Option<&Plan>,
-) -> Outline {
+) -> ExplainedPlan {
     let reach = &packed.reach;
-    Outline {
+    ExplainedPlan {
         program: ProgramInfo::default(),
         device: device.clone(),
         scene: scene.into(),
@@ -32,7 +34,7 @@ pub fn explain(
             center: packed.frame.center.to_array(),
             scale_log2: packed.frame.scale_log2,
         },
-        reach: ReachInfo {
+        reach: MaxDepthInfo {
             asked: settings.depth,
             last: reach.last_depth(settings.depth, settings.cutoff),
             weight: reach.weight,
@@ -62,8 +64,8 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
         count("spheres", f.spheres, "sphere"),
         row(
             "wide spheres",
-            f.wide_spheres > 0,
-            match f.wide_spheres {
+            f.extended_spheres > 0,
+            match f.extended_spheres {
                 0 => "every sphere fits single precision".into(),
                 n => format!("{} too large or too small for single precision", plural(n, "sphere")),
             },
@@ -103,7 +105,7 @@ fn search(packed: &Packed) -> SearchInfo {
             why: format!("{count} primitives; up to {max}, testing all is faster"),
         };
     }
-    let outside = match packed.loose {
+    let outside = match packed.outside {
         [true, _] if packed.found.triangles > 0 => "; the few triangles are tested outside it",
         [_, true] if packed.found.spheres > 0 => "; the few spheres are tested outside it",
         _ => "",

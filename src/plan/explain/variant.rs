@@ -73,8 +73,8 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
             .into(),
         ),
         (
-            "wide_spheres_used",
-            s.wide_spheres_used,
+            "extended_spheres_used",
+            s.extended_spheres_used,
             Some(1),
             "no sphere test in double-length arithmetic".into(),
         ),
@@ -100,8 +100,13 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
             "traversal stack as deep as this hierarchy needs".into(),
         ),
         ("texels", s.texels, Some(0), "loads through texel views".into()),
-        ("loose_triangles", s.loose_triangles, Some(0), "the few triangles are outside the hierarchy".into()),
-        ("loose_spheres", s.loose_spheres, Some(0), "the few spheres are outside the hierarchy".into()),
+        (
+            "triangles_outside",
+            s.triangles_outside,
+            Some(0),
+            "the few triangles are outside the hierarchy".into(),
+        ),
+        ("spheres_outside", s.spheres_outside, Some(0), "the few spheres are outside the hierarchy".into()),
         ("fused", s.fused, Some(0), "one fused kernel for the stages that handle a ray by itself".into()),
     ];
     rows.into_iter().map(|(name, value, general, why)| Constant { name, value, general, why }).collect()

@@ -3,15 +3,15 @@ use crate::plan::{Limits, pack_for};
 use crate::report::DepthInfo;
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::settings::forced_features::{Feature, General};
+use crate::settings::forced_features::{Feature, ForcedFeatures};
 use std::path::Path;
 
 /// The plan of a scene's kernels at a depth, one for each stage, as the rows below were recorded.
 fn plan(name: &str, depth: u32) -> Plan {
-    planned(name, depth, General::default().with(Feature::SplitKernels))
+    planned(name, depth, ForcedFeatures::default().with(Feature::SplitKernels))
 }
 
-fn planned(name: &str, depth: u32, general: General) -> Plan {
+fn planned(name: &str, depth: u32, general: ForcedFeatures) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = Scene::load(&path).expect("a scene");
     let mut settings = Settings { depth, ..Settings::of(&scene) };
@@ -189,7 +189,7 @@ fn what_cannot_be_known_is_said() {
 fn other_kernels_are_refused() {
     let model = Model::of_report(&report(GLASS, 3, GLASS_RAYS)).unwrap();
     let (split, fused) =
-        (plan("cornell_glass.toml", 3), planned("cornell_glass.toml", 3, General::default()));
+        (plan("cornell_glass.toml", 3), planned("cornell_glass.toml", 3, ForcedFeatures::default()));
     assert!(fused.specialisation.fused == 1 && split.specialisation.fused == 0);
     let work = |plan| Work { plan, pixels: 1, samples: 1, batches: 1 };
     let error = model.predict(&work(&fused)).unwrap_err().to_string();

@@ -67,8 +67,8 @@ impl Cache {
         let mut hash = Sha256::new();
         hash.update(MAGIC);
         hash.update(BUILDER.to_le_bytes());
-        let loose = wanted.loose.map(u8::from);
-        hash.update([wanted.quality as u8, wanted.forms as u8, loose[0], loose[1]]);
+        let outside = wanted.outside.map(u8::from);
+        hash.update([wanted.quality as u8, wanted.forms as u8, outside[0], outside[1]]);
         hash.update(digest(bytemuck::cast_slice(prims)));
         let name: String = hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect();
         Some(Entry { cache: self, path: self.folder.join(name), items: prims.len() })

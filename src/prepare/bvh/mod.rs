@@ -86,7 +86,7 @@ pub enum Forms {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Wanted<'a> {
     /// Triangles, spheres stay outside, in their own order.
-    pub loose: [bool; 2],
+    pub outside: [bool; 2],
     /// The work that goes into it.
     pub quality: Hierarchy,
     /// The nodes that are asked for.
@@ -132,9 +132,9 @@ pub fn build_prims(prims: Vec<Prim>, wanted: &Wanted, exact: Option<Boxes>) -> B
 
 fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     let triangles = prims.iter().filter(|p| p.kind == 0).count();
-    let (mut order, mut prims) = apart(prims, wanted.loose);
+    let (mut order, mut prims) = apart(prims, wanted.outside);
     // Triangles come first.
-    let loose_spheres = order.split_off(order.partition_point(|p| p.kind == 0));
+    let spheres_outside = order.split_off(order.partition_point(|p| p.kind == 0));
     let kinds = [0, 1].map(|kind| prims.iter().any(|p| p.kind == kind));
     let task = (prims.len() / TASKS).max(TASK_LEAST);
     let builder = Builder { mixed: kinds == [true; 2], task };
@@ -145,7 +145,7 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     };
     if kinds[1] {
         // Leaves hold places among all; kernels want them by kind.
-        let mut next = [order.len() as u32, (triangles + loose_spheres.len()) as u32];
+        let mut next = [order.len() as u32, (triangles + spheres_outside.len()) as u32];
         let place = |p: &Prim| {
             let place = &mut next[p.kind as usize];
             *place += 1;
@@ -169,9 +169,9 @@ fn built(prims: Vec<Prim>, wanted: &Wanted) -> Bvh {
     }
     drop(pairs);
     let of_kind = |kind: u32| prims.iter().filter(move |p| p.kind == kind);
-    bvh.order = Vec::with_capacity(order.len() + loose_spheres.len() + prims.len());
+    bvh.order = Vec::with_capacity(order.len() + spheres_outside.len() + prims.len());
     bvh.order.extend(order.iter().chain(of_kind(0)).map(|p| p.index));
-    bvh.order.extend(loose_spheres.iter().chain(of_kind(1)).map(|p| p.index));
+    bvh.order.extend(spheres_outside.iter().chain(of_kind(1)).map(|p| p.index));
     bvh
 }
 
@@ -189,11 +189,11 @@ fn efforts(quality: Hierarchy, nodes: usize) -> Vec<reinsert::Effort> {
 }
 
 /// The primitives outside the hierarchy, triangles first, and those in it.
-fn apart(prims: Vec<Prim>, loose: [bool; 2]) -> (Vec<Prim>, Vec<Prim>) {
-    if loose == [false; 2] {
+fn apart(prims: Vec<Prim>, outside: [bool; 2]) -> (Vec<Prim>, Vec<Prim>) {
+    if outside == [false; 2] {
         return (Vec::new(), prims);
     }
-    let (mut out, within): (Vec<Prim>, Vec<Prim>) = prims.into_iter().partition(|p| loose[p.kind as usize]);
+    let (mut out, within): (Vec<Prim>, Vec<Prim>) = prims.into_iter().partition(|p| outside[p.kind as usize]);
     out.sort_by_key(|p| p.kind);
     (out, within)
 }

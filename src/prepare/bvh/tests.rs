@@ -209,7 +209,7 @@ fn a_cache_gives_back_what_was_built() {
     moved[4321].bounds.hi.x = 3.0;
     let others = [
         (&items, Wanted { quality: Hierarchy::Best, ..cached }),
-        (&items, Wanted { loose: [false, true], ..cached }),
+        (&items, Wanted { outside: [false, true], ..cached }),
         (&items, Wanted { forms: Forms::Compressed, ..cached }),
         (&items, Wanted { forms: Forms::Nodes, ..cached }),
         (&moved, cached),

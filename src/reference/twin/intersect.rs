@@ -1,8 +1,8 @@
 //! Twin of `glsl/intersect.comp`.
 
-use super::lib::traverse::{Shapes, make_trace_ray};
+use super::lib::traverse::{Shapes, make_traversal_ray};
 use super::real::FAR;
-use super::structs::{Hit, Node, Queue, Ray, Sphere, Triangle, WideSphere};
+use super::structs::{ExtendedSphere, Hit, Node, Queue, Ray, Sphere, Triangle};
 use crate::kernel::abi::Specialisation;
 
 /// Closest hit of every ray in the queue.
@@ -10,16 +10,16 @@ pub fn intersect(
     spec: &Specialisation,
     triangles: &[Triangle],
     spheres: &[Sphere],
-    wide_spheres: &[WideSphere],
+    extended_spheres: &[ExtendedSphere],
     nodes: &[Node],
     rays: &[Ray],
     queue: &[Queue],
     hits: &mut [Hit],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
+    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes };
     for i in 0..queue[0].count as usize {
-        let r = make_trace_ray(rays[i].origin.into(), rays[i].direction.into(), rays[i].skip);
+        let r = make_traversal_ray(rays[i].origin.into(), rays[i].direction.into(), rays[i].skip);
         hits[i] = shapes.closest_hit(&r, FAR, false, counters);
     }
 }

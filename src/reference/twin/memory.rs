@@ -2,8 +2,8 @@
 
 use super::real::Real;
 use super::structs::{
-    Camera, Contribution, CornerNormals, DepthCount, Film, FlatNormal, Hit, Light, Mark, Material, Node,
-    Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
+    Camera, Contribution, CornerNormals, DepthCount, ExtendedSphere, Film, FlatNormal, Hit, Light, Mark,
+    Material, Node, Path, Push, Queue, Ray, Sphere, Surface, Triangle,
 };
 use super::{PRECISION, from_host};
 use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
@@ -38,7 +38,7 @@ memory! {
     flat_normals / FlatNormals: FlatNormal;
     corner_normals / CornerNormals: CornerNormals;
     spheres / Spheres: Sphere;
-    wide_spheres / WideSpheres: WideSphere;
+    extended_spheres / ExtendedSpheres: ExtendedSphere;
     nodes / Nodes: Node;
     compressed_nodes / CompressedNodes: crate::kernel::abi::single::CompressedChild;
     materials / Materials: Material;
@@ -79,7 +79,7 @@ impl Memory {
         memory.flat_normals = from_host(&packed.flat_normals);
         memory.corner_normals = from_host(&packed.corner_normals);
         memory.spheres = from_host(&packed.spheres);
-        memory.wide_spheres = from_host(&packed.wide_spheres);
+        memory.extended_spheres = from_host(&packed.extended_spheres);
         memory.nodes = from_host(&packed.nodes);
         memory.compressed_nodes = packed.compressed_nodes.as_flattened().to_vec();
         memory.materials = from_host(&packed.materials);
@@ -115,7 +115,7 @@ impl Memory {
                 spec,
                 &m.triangles,
                 &m.spheres,
-                &m.wide_spheres,
+                &m.extended_spheres,
                 &m.nodes,
                 &m.rays,
                 &m.queue,
@@ -129,7 +129,7 @@ impl Memory {
                 &m.flat_normals,
                 &m.corner_normals,
                 &m.spheres,
-                &m.wide_spheres,
+                &m.extended_spheres,
                 &m.materials,
                 &m.solid_iors,
                 &m.solid_priorities,
@@ -172,7 +172,7 @@ impl Memory {
                 &m.camera,
                 &m.triangles,
                 &m.spheres,
-                &m.wide_spheres,
+                &m.extended_spheres,
                 &m.nodes,
                 &m.materials,
                 &m.lights,
@@ -198,7 +198,7 @@ impl Memory {
                 &m.flat_normals,
                 &m.corner_normals,
                 &m.spheres,
-                &m.wide_spheres,
+                &m.extended_spheres,
                 &m.nodes,
                 &m.materials,
                 &m.lights,

@@ -2,7 +2,8 @@
 
 use super::lib::strike::Scene;
 use super::structs::{
-    CornerNormals, FlatNormal, Hit, Material, Path, Push, Queue, Ray, Sphere, Surface, Triangle, WideSphere,
+    CornerNormals, ExtendedSphere, FlatNormal, Hit, Material, Path, Push, Queue, Ray, Sphere, Surface,
+    Triangle,
 };
 use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, PREFIX_SHIFT, Specialisation};
 
@@ -14,7 +15,7 @@ pub fn shade(
     flat_normals: &[FlatNormal],
     corner_normals: &[CornerNormals],
     spheres: &[Sphere],
-    wide_spheres: &[WideSphere],
+    extended_spheres: &[ExtendedSphere],
     materials: &[Material],
     solid_iors: &[f32],
     solid_priorities: &[i32],
@@ -33,7 +34,7 @@ pub fn shade(
         flat_normals,
         corner_normals,
         spheres,
-        wide_spheres,
+        extended_spheres,
         materials,
         solid_iors,
         solid_priorities,

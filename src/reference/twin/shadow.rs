@@ -3,8 +3,8 @@
 use super::lib::light::Lit;
 use super::lib::traverse::Shapes;
 use super::structs::{
-    Camera, Contribution, DepthCount, Light, Material, Node, Path, Push, Queue, Ray, Sphere, Surface,
-    Triangle, WideSphere,
+    Camera, Contribution, DepthCount, ExtendedSphere, Light, Material, Node, Path, Push, Queue, Ray, Sphere,
+    Surface, Triangle,
 };
 use crate::kernel::abi::{NONE, Specialisation};
 
@@ -15,7 +15,7 @@ pub fn shadow(
     camera: &[Camera],
     triangles: &[Triangle],
     spheres: &[Sphere],
-    wide_spheres: &[WideSphere],
+    extended_spheres: &[ExtendedSphere],
     nodes: &[Node],
     materials: &[Material],
     lights: &[Light],
@@ -28,7 +28,7 @@ pub fn shadow(
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
+    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes };
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     let camera = &camera[0];
     let mut lit =

@@ -3,11 +3,11 @@
 use super::lib::light::Lit;
 use super::lib::spawn::{Nursery, spawn};
 use super::lib::strike::Scene;
-use super::lib::traverse::{Shapes, make_trace_ray};
+use super::lib::traverse::{Shapes, make_traversal_ray};
 use super::real::FAR;
 use super::structs::{
-    Camera, Contribution, CornerNormals, DepthCount, FlatNormal, Light, Material, Node, Path, Push, Queue,
-    Ray, Sphere, Triangle, WideSphere,
+    Camera, Contribution, CornerNormals, DepthCount, ExtendedSphere, FlatNormal, Light, Material, Node, Path,
+    Push, Queue, Ray, Sphere, Triangle,
 };
 use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
 
@@ -21,7 +21,7 @@ pub fn trace(
     flat_normals: &[FlatNormal],
     corner_normals: &[CornerNormals],
     spheres: &[Sphere],
-    wide_spheres: &[WideSphere],
+    extended_spheres: &[ExtendedSphere],
     nodes: &[Node],
     materials: &[Material],
     lights: &[Light],
@@ -49,19 +49,19 @@ pub fn trace(
         flat_normals,
         corner_normals,
         spheres,
-        wide_spheres,
+        extended_spheres,
         materials,
         solid_iors,
         solid_priorities,
     };
-    let shapes = Shapes { spec, triangles, spheres, wide_spheres, nodes };
+    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes };
     let camera = &camera[0];
     // All subgroups of a workgroup have their word.
     child_masks[..count.next_multiple_of(spec.workgroup as usize) / lanes].fill(0);
     for i in 0..count {
         let place = if push.depth == 1 { i } else { ray_indices[i] as usize };
         let (ray, inside) = (&rays[place], &media[place * capacity..(place + 1) * capacity]);
-        let r = make_trace_ray(ray.origin.into(), ray.direction.into(), ray.skip);
+        let r = make_traversal_ray(ray.origin.into(), ray.direction.into(), ray.skip);
         let h = shapes.closest_hit(&r, FAR, false, counters);
         let s = scene.strike(ray, inside, &h, paths);
         let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];

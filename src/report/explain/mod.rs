@@ -1,5 +1,5 @@
-//! The explained plan of a render: features of the scene, the kernels and memory that follow from them, and the
-//! predicted time. Serde data and its text; `plan::explain` fills it.
+//! The explained plan of a render: features of the scene, the kernels and memory that follow from
+//! them, and the predicted time. Serde data and its text; `plan::explain` fills it.
 
 mod text;
 
@@ -7,12 +7,12 @@ pub use text::text;
 
 use super::prediction::Prediction;
 use super::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
-use crate::prepare::scene_features::Found;
+use crate::prepare::scene_features::SceneFeatures;
 use serde::Serialize;
 
 /// Everything known before a render runs.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Outline {
+pub struct ExplainedPlan {
     /// Version of the program.
     pub program: ProgramInfo,
     /// Device planned for.
@@ -22,13 +22,13 @@ pub struct Outline {
     /// The settings in force.
     pub settings: SettingsInfo,
     /// Features of the scene.
-    pub found: Found,
+    pub found: SceneFeatures,
     /// The same in words, one row per feature, absent ones included.
     pub features: Vec<FeatureRow>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
     /// Greatest depth of a ray.
-    pub reach: ReachInfo,
+    pub reach: MaxDepthInfo,
     /// How the closest hit is found.
     pub search: SearchInfo,
     /// Kernels, sizes and buffers; null if the device cannot hold them.
@@ -54,7 +54,7 @@ pub struct FeatureRow {
 
 /// Greatest depth of a ray.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct ReachInfo {
+pub struct MaxDepthInfo {
     /// Depth asked for.
     pub asked: u32,
     /// Depth of the last passes.
@@ -149,7 +149,8 @@ pub struct Refused {
 pub struct KernelRow {
     /// Its name.
     pub kernel: &'static str,
-    /// Compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup traverse the scene together).
+    /// Compiled form: `f32`, `f64` or `packet` (the lanes of a subgroup traverse the scene
+    /// together).
     pub form: &'static str,
     /// Dispatches in one batch.
     pub launches: u64,

@@ -1,6 +1,6 @@
 //! The plan of a render as text for people.
 
-use super::{Outline, Planned};
+use super::{ExplainedPlan, Planned};
 use crate::report::prediction::Prediction;
 use crate::report::table::{Align, Table};
 use crate::units::{bytes, grouped, number, plural, seconds, short};
@@ -9,7 +9,7 @@ use crate::units::{bytes, grouped, number, plural, seconds, short};
 const SMALL: u64 = 1000;
 
 /// The whole outline.
-pub fn text(o: &Outline) -> String {
+pub fn text(o: &ExplainedPlan) -> String {
     let mut parts = vec![about(o), features(o)];
     if let Some(plan) = &o.plan {
         parts.extend([kernels(plan), memory(o, plan)]);
@@ -23,7 +23,7 @@ pub fn text(o: &Outline) -> String {
     parts.join("\n")
 }
 
-fn about(o: &Outline) -> String {
+fn about(o: &ExplainedPlan) -> String {
     let (d, s) = (&o.device, &o.settings);
     let [x, y, z] = o.local_frame.center.map(number);
     let crop = s.crop.map_or(String::new(), |[x0, y0, x1, y1]| format!(", crop {x0},{y0},{x1},{y1}"));
@@ -49,7 +49,7 @@ fn about(o: &Outline) -> String {
     lines.iter().fold(String::new(), |text, (name, line)| text + &format!("{name:<7} {line}\n"))
 }
 
-fn features(o: &Outline) -> String {
+fn features(o: &ExplainedPlan) -> String {
     let mut table = Table::new(&[("feature", Align::Left), ("found", Align::Left), ("", Align::Left)]);
     for row in &o.features {
         let found = if row.found { "yes" } else { "no" };
@@ -88,7 +88,7 @@ fn kernels(p: &Planned) -> String {
     text + &table.to_string()
 }
 
-fn memory(o: &Outline, p: &Planned) -> String {
+fn memory(o: &ExplainedPlan, p: &Planned) -> String {
     let mut table =
         Table::new(&[("buffer", Align::Left), ("elements", Align::Right), ("bytes", Align::Right)]);
     let (large, small): (Vec<_>, Vec<_>) = p.buffers.iter().partition(|b| b.bytes * SMALL >= p.bytes);

@@ -41,7 +41,8 @@ fn track(trace: &Value, tid: u32) -> Vec<(String, f64, f64)> {
     events
 }
 
-/// Events that reach beyond the one they began in. A tenth of a nanosecond is the rounding of a sum.
+/// Events that reach beyond the one they began in. A tenth of a nanosecond is the rounding of a
+/// sum.
 fn crossings(events: &[(String, f64, f64)]) -> usize {
     let mut open: Vec<f64> = Vec::new();
     let mut found = 0;

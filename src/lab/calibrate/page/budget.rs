@@ -1,7 +1,7 @@
 //! Tables of `--budget`: whole images, and single pixels.
 
 use super::{figure, middle};
-use crate::lab::calibrate::{Aim, BudgetRow, Calibration, Share};
+use crate::lab::calibrate::{Aim, BudgetRow, Calibration, Coverage};
 use crate::lab::markdown::table;
 use crate::report::table::Align::{Left, Right};
 
@@ -20,8 +20,8 @@ impl Calibration {
         ];
         let row = |name: &str, rows: &[&BudgetRow]| {
             let trials = || rows.iter().flat_map(|r| &r.trials);
-            let kept: Share = rows.iter().map(|r| r.kept()).sum();
-            let sampling: Share = rows.iter().map(|r| r.sampling_kept()).sum();
+            let kept: Coverage = rows.iter().map(|r| r.kept()).sum();
+            let sampling: Coverage = rows.iter().map(|r| r.sampling_kept()).sum();
             [
                 name.to_owned(),
                 rows[0].samples.to_string(),
@@ -62,7 +62,7 @@ RMSE and ratios are medians.\n\n{}",
         let mut lines = Vec::new();
         for samples in &self.plan.samples {
             let all = self.rows(|s| &s.budget).filter(|(_, r)| r.samples == *samples);
-            let share: Share = all.map(|(_, r)| r.pixels).sum();
+            let share: Coverage = all.map(|(_, r)| r.pixels).sum();
             if share.of > 0 {
                 lines.push([samples.to_string(), share.to_string(), aim.say(share)]);
             }

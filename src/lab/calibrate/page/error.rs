@@ -1,7 +1,7 @@
 //! Table of `--error`.
 
 use super::{figure, middle};
-use crate::lab::calibrate::{Aim, Calibration, Share};
+use crate::lab::calibrate::{Aim, Calibration, Coverage};
 use crate::lab::markdown::table;
 use crate::report::table::Align::{Left, Right};
 use crate::stats::geometric_mean;
@@ -29,7 +29,7 @@ impl Calibration {
         for target in &self.plan.errors {
             let all: Vec<_> = self.rows(|s| &s.error).filter(|(_, r)| r.target == *target).collect();
             for (name, r) in &all {
-                let reported = Share::of(r.trials.iter().map(|t| t.met));
+                let reported = Coverage::of(r.trials.iter().map(|t| t.met));
                 let factor = |x: f64| format!("x{x:.2}");
                 let gain = r.speed_up();
                 if let Some((seconds, rays)) = gain {
@@ -51,7 +51,7 @@ impl Calibration {
                     gain.map_or("-".into(), |g| factor(g.1)),
                 ]);
             }
-            let kept: Share = all.iter().map(|(_, r)| r.kept()).sum();
+            let kept: Coverage = all.iter().map(|(_, r)| r.kept()).sum();
             if kept.of > 0 {
                 let mut line: [String; 12] = std::array::from_fn(|_| String::new());
                 line[0] = "**all**".into();

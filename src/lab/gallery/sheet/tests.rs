@@ -77,11 +77,12 @@ fn every_picture_has_its_parts_below_it_framed_as_in_the_picture() {
     let cells: Vec<Cell> = [(1, None), (2, None), (4, Some(10)), (8, Some(60))].map(cell).into();
     let section = Section { heading: "h".into(), cells };
     let row = Row::new(&section, 640);
-    // From the third to the fourth both squares change, either is a window; the other is then the one of
-    // the pair before, if it changes there.
+    // From the third to the fourth both squares change, either is a window; the other is then the
+    // one of the pair before, if it changes there.
     let corners: Vec<[u32; 2]> = row.parts.iter().map(|p| p.window.corner).collect();
     let size = row.parts[0].window.size;
-    assert_eq!(size, [9, 6]);
+    // A fifth of the width is 9 pixels at the scale of the row; its height keeps the aspect, rounded up.
+    assert_eq!(size, [9, 7]);
     let holds = |corner: [u32; 2], square: u32| {
         let spans = |axis: usize, at: u32| corner[axis] <= at && at + 4 <= corner[axis] + size[axis];
         spans(0, square) && spans(1, square / 2)

@@ -1,4 +1,5 @@
-//! f32 against f64 along chains of reflections: from sphere to sphere an error grows by the curvature.
+//! f32 against f64 along chains of reflections: from sphere to sphere an error grows by the
+//! curvature.
 
 use super::{PageError, Stop, running};
 use crate::lab::markdown::{number, percent, table};
@@ -19,8 +20,8 @@ use glam::DVec3;
 const CHAINS: usize = 1 << 16;
 /// Rays in each.
 const DEPTH: usize = 8;
-/// Half the side of the box of mirrors around the flake, metres. A short binary fraction, as all else
-/// is: both precisions see the same scene and the same first rays.
+/// Half the side of the box of mirrors around the flake, metres. A short binary fraction, as all
+/// else is: both precisions see the same scene and the same first rays.
 const WALL: f64 = 1.125;
 /// Triangles of the walls, numbered before the spheres.
 const WALL_TRIANGLES: u32 = 12;
@@ -44,8 +45,8 @@ type Chains = Vec<[Option<Step>; DEPTH]>;
 pub(super) struct Row {
     /// Chains that have met another surface by this depth, under `fast` and `robust`.
     pub differ: [u64; 2],
-    /// Median distance between the `robust` chain and the f64 one, across the ray, over the chains that
-    /// agree up to here; local units.
+    /// Median distance between the `robust` chain and the f64 one, across the ray, over the chains
+    /// that agree up to here; local units.
     pub distance: f64,
     /// Its growth since the depth above, per chain, averaged as a factor.
     pub grown: Option<f64>,
@@ -137,8 +138,9 @@ fn apart(a: &Step, truth: &Step) -> f64 {
     (d - truth.direction * d.dot(truth.direction)).length()
 }
 
-/// Two paths side by side: how far apart, and how fast they part. A bounce off a sphere turns a distance
-/// w into 2 w / (R cos) of angle in the plane of incidence (Coddington's equation for a mirror).
+/// Two paths side by side: how far apart, and how fast they part. A bounce off a sphere turns a
+/// distance w into 2 w / (R cos) of angle in the plane of incidence (Coddington's equation for a
+/// mirror).
 #[derive(Debug, Clone, Copy)]
 struct Beam {
     width: f64,

@@ -1,6 +1,6 @@
-//! What protections cost in device time: renders in turn, each divided by the run of the first variant
-//! just before it. The page compares the precisions; `benches/protections.rs` leaves out single
-//! protections by planted mistakes.
+//! What protections cost in device time: renders in turn, each divided by the run of the first
+//! variant just before it. The page compares the precisions; `benches/protections.rs` leaves out
+//! single protections by planted mistakes.
 
 use super::{PageError, Stop, running};
 use crate::lab::markdown::table;
@@ -74,8 +74,8 @@ fn rock() -> Scene {
     s
 }
 
-/// Measures `variants` on three scenes. The first is what the others are divided by, and, measured against
-/// itself, the noise. Double precision is left out where the device has none.
+/// Measures `variants` on three scenes. The first is what the others are divided by, and, measured
+/// against itself, the noise. Double precision is left out where the device has none.
 ///
 /// # Errors
 /// If the device fails, or `stop` says so.
@@ -112,8 +112,8 @@ pub fn measure(renderer: &mut Renderer, variants: &[Variant], stop: Stop<'_>) ->
     Ok(Cost { scenes, variants })
 }
 
-/// Median and quartiles, bold where the middle half stands out of the noise: `**1.25** (1.20-1.31)`.
-/// The noise may fall either way, so it is as wide above 1 as below.
+/// Median and quartiles, bold where the middle half stands out of the noise: `**1.25**
+/// (1.20-1.31)`. The noise may fall either way, so it is as wide above 1 as below.
 fn cell(ratios: &[f64], noise: &[f64]) -> String {
     let (Some(q), Some(n)) = (quartiles(ratios), quartiles(noise)) else { return "-".into() };
     let reach = n.upper.max(1.0 / n.lower);

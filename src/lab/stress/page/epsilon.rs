@@ -1,5 +1,5 @@
-//! Error against a fixed epsilon: the room with secondary rays moved along themselves by 1e-9 to 1 m,
-//! beside the spawn offset derived from the rounding of the hit point.
+//! Error against a fixed epsilon: the room with secondary rays moved along themselves by 1e-9 to 1
+//! m, compared with the ray offset derived from the rounding of the hit point.
 
 use super::{PageError, Stop, running};
 use crate::compare::metrics::{Metrics, Rgb, compare};
@@ -50,8 +50,8 @@ pub(super) struct Epsilon {
     pixels: u64,
 }
 
-/// The room, and a sheet that leans: one edge lies on the floor, the other 1.2 m above it, toward the eye.
-/// Its shadow has contact, which solid things lose to no epsilon smaller than themselves.
+/// The room, and a sheet that leans: one edge lies on the floor, the other 1.2 m above it, toward
+/// the eye. Its shadow has contact, which solid things lose to no epsilon smaller than themselves.
 fn scene() -> Scene {
     let mut s = room();
     s.polygons.push(polygon(&[[0.2, -5.0, 2.0], [2.2, -5.0, 2.0], [2.2, -3.8, 4.0], [0.2, -3.8, 4.0]], 2));

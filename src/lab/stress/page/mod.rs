@@ -25,7 +25,7 @@ pub struct Outcome {
     pub figure: Figure,
 }
 
-/// The page and the pictures that lie beside it.
+/// The page and its picture files.
 #[derive(Debug, Clone)]
 pub struct Page {
     /// Markdown.
@@ -55,7 +55,8 @@ fn running(stop: Stop<'_>) -> Result<(), PageError> {
     if stop() { Err(PageError::Stopped) } else { Ok(()) }
 }
 
-/// Measures what the page needs and writes it. `command` is what made it; `say` gets each step's name, `stop` ends the work.
+/// Measures what the page needs and writes it. `command` is what made it; `say` gets each step's
+/// name, `stop` ends the work.
 ///
 /// # Errors
 /// If the device fails, or the user interrupts.

@@ -20,8 +20,8 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A section: heading, a note on how to read it (HTML), and a table whose first `words` columns are flush left.
-/// Empty if there are no rows.
+/// A section: heading, a note on how to read it (HTML), and a table whose first `words` columns are
+/// flush left. Empty if there are no rows.
 pub(super) fn section<const N: usize>(
     title: &str,
     note: &str,

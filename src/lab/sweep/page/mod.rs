@@ -1,4 +1,4 @@
-//! The page of a sweep: one file with plots, tables and pictures, and the plots beside it.
+//! The page of a sweep: one file with plots, tables and pictures, and the plots as separate files.
 
 mod charts;
 mod html;
@@ -17,7 +17,8 @@ use glam::DVec3;
 /// Pixels of a plot.
 const SIZE: (u32, u32) = (560, 420);
 
-/// Writes `index.html` and the plots as SVG and PNG. `truth` are the pixels that the rows were judged by.
+/// Writes `index.html` and the plots as SVG and PNG. `truth` are the pixels that the rows were
+/// judged by.
 ///
 /// # Errors
 /// If a picture cannot be read, or a file not written.

@@ -41,7 +41,8 @@ pub(super) struct Shown {
     pub difference: Vec<u8>,
 }
 
-/// The truth, and the pictures of settings on the Pareto front, with the largest error, and the slowest.
+/// The truth, and the pictures of settings on the Pareto front, with the largest error, and the
+/// slowest.
 pub(super) fn pictures(folder: Folder<'_>, record: &Record, truth: &[DVec3]) -> Result<Pictures, SweepError> {
     let Record { width, height, .. } = *record;
     let factor = width.div_ceil(WIDEST).max(1);

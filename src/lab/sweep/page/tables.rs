@@ -1,4 +1,5 @@
-//! The small tables: Pareto front, fastest setting per error, convergence, cost of samples, precisions.
+//! The small tables: Pareto front, fastest setting per error, convergence, cost of samples,
+//! precisions.
 
 use super::markup::{error, section};
 use crate::lab::sweep::record::Record;

@@ -4,7 +4,7 @@ use super::super::real::{Real, Real3, U, Vec3, float};
 use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
-use super::traverse::{Shapes, make_trace_ray};
+use super::traverse::{Shapes, make_traversal_ray};
 use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT};
 use crate::settings::sampler::pcg4d;
 
@@ -40,7 +40,7 @@ fn direct_light(
     let away = if fixed { to_light / squared.sqrt() } else { offset };
     let origin = spawn_origin(position, offset, away, fixed, shift);
     let segment = target - origin;
-    let r = make_trace_ray(origin, segment, if fixed { NONE } else { s.primitive });
+    let r = make_traversal_ray(origin, segment, if fixed { NONE } else { s.primitive });
     if shapes.closest_hit(&r, before_light(target, segment), true, counters).primitive != NONE {
         return Vec3::ZERO;
     }

@@ -1,7 +1,7 @@
 //! Twin of `glsl/lib/shape/sphere.glsl`.
 
 use super::super::real::{Real, Real3, U};
-use super::super::structs::{Sphere, WideSphere};
+use super::super::structs::{ExtendedSphere, Sphere};
 use super::double_length::{
     Wide, wide_add, wide_add3, wide_div, wide_dot, wide_mul, wide_negative, wide_scale, wide_sqrt, wide3,
 };
@@ -54,7 +54,7 @@ pub fn hit_sphere(s: &Sphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
 }
 
 /// The same for a sphere in double length.
-pub fn hit_wide_sphere(s: &WideSphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
+pub fn hit_extended_sphere(s: &ExtendedSphere, o: Real3, d: Real3, own: bool) -> (bool, Real) {
     let n = wide3(s.normal.into(), s.normal_low.into());
     let r = Wide { hi: s.radius, lo: s.radius_low };
     let to = wide_add3(wide3(o, Real3::ZERO), wide3(-Real3::from(s.point), -Real3::from(s.point_low)));

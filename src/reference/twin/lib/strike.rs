@@ -2,7 +2,7 @@
 
 use super::super::real::{Real, Real3, float, real};
 use super::super::structs::{
-    CornerNormals, FlatNormal, Hit, Material, Path, Push, Ray, Sphere, Surface, Triangle, WideSphere,
+    CornerNormals, ExtendedSphere, FlatNormal, Hit, Material, Path, Push, Ray, Sphere, Surface, Triangle,
 };
 use super::fresnel::reflection_share;
 use super::media::{is_inside, medium};
@@ -31,7 +31,7 @@ pub struct Scene<'a> {
     /// By primitive, less the triangles.
     pub spheres: &'a [Sphere],
     /// As `Sphere::wide` says.
-    pub wide_spheres: &'a [WideSphere],
+    pub extended_spheres: &'a [ExtendedSphere],
     /// By material.
     pub materials: &'a [Material],
     /// By solid.
@@ -60,8 +60,8 @@ impl Scene<'_> {
         } else {
             let at = (h.primitive - self.spec.triangle_count) as usize;
             let sphere = &self.spheres[at];
-            p = if self.spec.wide_spheres_used != 0 && sphere.wide != NONE {
-                wide_sphere_point(&self.wide_spheres[sphere.wide as usize], o, d, h.t)
+            p = if self.spec.extended_spheres_used != 0 && sphere.wide != NONE {
+                wide_sphere_point(&self.extended_spheres[sphere.wide as usize], o, d, h.t)
             } else {
                 sphere_point(sphere, o, d, h.t)
             };

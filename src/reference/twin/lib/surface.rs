@@ -1,7 +1,7 @@
 //! Twin of `glsl/lib/optics/surface.glsl`.
 
 use super::super::real::{Real, Real3, U, real};
-use super::super::structs::{CornerNormals, Sphere, Triangle, WideSphere};
+use super::super::structs::{CornerNormals, ExtendedSphere, Sphere, Triangle};
 use super::numeric::{cross3, dot3, max_component, safe_normalize};
 use crate::kernel::abi::{INNER_AB, INNER_CA};
 
@@ -72,7 +72,7 @@ pub fn smooth_normal(c: &CornerNormals, flat_normal: Real3, geometric: Real3, u:
 }
 
 /// The point of a sphere in double length at distance t.
-pub fn wide_sphere_point(s: &WideSphere, o: Real3, d: Real3, t: Real) -> Point {
+pub fn wide_sphere_point(s: &ExtendedSphere, o: Real3, d: Real3, t: Real) -> Point {
     let at = o + t * d;
     let (point, normal) = (Real3::from(s.point), Real3::from(s.normal));
     let (position, geometric) = if s.radius > 1.0 {

@@ -1,10 +1,10 @@
 //! Twin of `glsl/lib/traverse/traverse.glsl`, and of `glsl/lib/traverse/packet.glsl`, whose rays find the same together.
 
 use super::super::real::{Real, Real3, U, is_not_finite};
-use super::super::structs::{Hit, Node, Sphere, Triangle, WideSphere};
+use super::super::structs::{ExtendedSphere, Hit, Node, Sphere, Triangle};
 use super::r#box::{SLAB_GROW, box_interval, enter_box, safe_reciprocal, sphere_box, triangle_box};
 use super::numeric::{dot3, max_component};
-use super::sphere::{hit_sphere, hit_wide_sphere};
+use super::sphere::{hit_extended_sphere, hit_sphere};
 use super::triangle::{Shear, hit_triangle, make_shear};
 use crate::kernel::abi::{
     COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE,
@@ -21,14 +21,14 @@ pub struct Shapes<'a> {
     /// Binding of this name.
     pub spheres: &'a [Sphere],
     /// Binding of this name.
-    pub wide_spheres: &'a [WideSphere],
+    pub extended_spheres: &'a [ExtendedSphere],
     /// Binding of this name.
     pub nodes: &'a [Node],
 }
 
 /// A ray, made ready.
 #[derive(Debug, Clone, Copy)]
-pub struct TraceRay {
+pub struct TraversalRay {
     origin: Real3,
     direction: Real3,
     inverse: Real3,
@@ -37,11 +37,17 @@ pub struct TraceRay {
 }
 
 /// Readies a ray that starts on primitive `skip`, or NONE.
-pub fn make_trace_ray(origin: Real3, direction: Real3, skip: u32) -> TraceRay {
-    TraceRay { origin, direction, inverse: safe_reciprocal(direction), shear: make_shear(direction), skip }
+pub fn make_traversal_ray(origin: Real3, direction: Real3, skip: u32) -> TraversalRay {
+    TraversalRay {
+        origin,
+        direction,
+        inverse: safe_reciprocal(direction),
+        shear: make_shear(direction),
+        skip,
+    }
 }
 
-fn recedes(t: &Triangle, normal: Real3, r: &TraceRay, distance: Real) -> bool {
+fn recedes(t: &Triangle, normal: Real3, r: &TraversalRay, distance: Real) -> bool {
     let a = Real3::from(t.a);
     let (e1, e2, to) = (Real3::from(t.b) - a, Real3::from(t.c) - a, a - r.origin);
     let (m1, m2) = (max_component(e1), max_component(e2));
@@ -64,7 +70,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn take_hit(&self, mut h: Hit, (lo, hi): (Real3, Real3), r: &TraceRay, best: &mut Hit) {
+    fn take_hit(&self, mut h: Hit, (lo, hi): (Real3, Real3), r: &TraversalRay, best: &mut Hit) {
         if self.spec.robust != 0 {
             let (near, far) = box_interval(lo, hi, r.origin, r.inverse);
             if near > far {
@@ -88,7 +94,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn test_triangle(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+    fn test_triangle(&self, primitive: u32, r: &TraversalRay, best: &mut Hit) {
         let triangle = &self.triangles[primitive as usize];
         let (hit, t, u, v) = hit_triangle(triangle, r.origin, &r.shear, self.spec.robust != 0);
         if hit && primitive != r.skip {
@@ -100,14 +106,14 @@ impl Shapes<'_> {
         }
     }
 
-    fn test_sphere(&self, primitive: u32, r: &TraceRay, best: &mut Hit) {
+    fn test_sphere(&self, primitive: u32, r: &TraversalRay, best: &mut Hit) {
         let at = (primitive - self.spec.triangle_count) as usize;
         let mut s = self.spheres[at];
         let own = primitive == r.skip;
-        let (hit, t) = if self.spec.wide_spheres_used != 0 && s.radius < 0.0 {
+        let (hit, t) = if self.spec.extended_spheres_used != 0 && s.radius < 0.0 {
             s.radius = -s.radius;
-            let w = &self.wide_spheres[s.wide as usize];
-            hit_wide_sphere(w, r.origin, r.direction, own)
+            let w = &self.extended_spheres[s.wide as usize];
+            hit_extended_sphere(w, r.origin, r.direction, own)
         } else {
             hit_sphere(&s, r.origin, r.direction, own)
         };
@@ -116,7 +122,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn walk_brute(&self, r: &TraceRay, best: &mut Hit) {
+    fn walk_brute(&self, r: &TraversalRay, best: &mut Hit) {
         let count = self.spec.triangle_count;
         for i in 0..count {
             self.test_triangle(i, r, best);
@@ -127,17 +133,17 @@ impl Shapes<'_> {
     }
 
     /// What is outside the hierarchy.
-    fn walk_loose(&self, r: &TraceRay, best: &mut Hit) {
+    fn walk_loose(&self, r: &TraversalRay, best: &mut Hit) {
         let count = self.spec.triangle_count;
-        if self.spec.loose_triangles != 0 {
+        if self.spec.triangles_outside != 0 {
             (0..count).for_each(|i| self.test_triangle(i, r, best));
         }
-        if self.spec.loose_spheres != 0 {
+        if self.spec.spheres_outside != 0 {
             (0..self.spec.sphere_count).for_each(|i| self.test_sphere(count + i, r, best));
         }
     }
 
-    fn walk_bvh(&self, r: &TraceRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
+    fn walk_bvh(&self, r: &TraversalRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
         let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize + 1];
         let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
         loop {
@@ -199,7 +205,7 @@ impl Shapes<'_> {
     }
 
     /// Closest hit with 0 < t < limit. A ray that is not finite is counted and hits nothing.
-    pub fn closest_hit(&self, r: &TraceRay, limit: Real, any: bool, counters: &mut [u32]) -> Hit {
+    pub fn closest_hit(&self, r: &TraversalRay, limit: Real, any: bool, counters: &mut [u32]) -> Hit {
         let finite = !(is_not_finite(r.origin) || is_not_finite(r.direction));
         if !finite {
             counters[COUNTER_NAN_RAYS as usize] += 1;

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// A bound that held in `kept` out of `of` trials.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Share {
+pub struct Coverage {
     /// Trials in which it held.
     pub kept: u64,
     /// All trials.
@@ -36,8 +36,9 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// For a bound that should hold with `confidence`, neither less often nor nearly always: at 95 %, from
-    /// 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the allowed failures).
+    /// For a bound that should hold with `confidence`, neither less often nor nearly always: at 95
+    /// %, from 93.5 % (3 binomial standard errors of 2000 trials below) to 99 % (a fifth of the
+    /// allowed failures).
     pub fn of(confidence: f64) -> Aim {
         let risk = 1.0 - confidence;
         Aim { low: 1.0 - 1.3 * risk, high: 1.0 - 0.2 * risk }
@@ -49,7 +50,7 @@ impl Aim {
     }
 
     /// Compares the share itself, whatever the number of trials.
-    pub fn judge(&self, share: Share) -> Verdict {
+    pub fn judge(&self, share: Coverage) -> Verdict {
         match share.value() {
             x if x.is_nan() => Verdict::Untried,
             x if x < self.low => Verdict::Below,
@@ -59,18 +60,18 @@ impl Aim {
     }
 
     /// True if the confidence interval of the share overlaps the aim.
-    pub fn may_be_chance(&self, share: Share) -> bool {
+    pub fn may_be_chance(&self, share: Coverage) -> bool {
         let Interval { low, high, .. } = share.interval();
         low <= self.high && high >= self.low
     }
 
     /// True if the share is significantly below the aim.
-    pub fn missed(&self, share: Share) -> bool {
+    pub fn missed(&self, share: Coverage) -> bool {
         self.judge(share) == Verdict::Below && !self.may_be_chance(share)
     }
 
     /// For people: `aim 93.5-99 %: above?`, with a question mark if it may be chance.
-    pub fn say(&self, share: Share) -> String {
+    pub fn say(&self, share: Coverage) -> String {
         let percent = |x: f64| crate::units::number((x * 1e4).round() / 100.0);
         let aim = match self.high < 1.0 {
             true => format!("aim {}-{} %", percent(self.low), percent(self.high)),
@@ -87,17 +88,17 @@ impl Aim {
     }
 }
 
-impl Share {
+impl Coverage {
     /// Counts `trials` by whether each held.
-    pub fn of(trials: impl IntoIterator<Item = bool>) -> Share {
+    pub fn of(trials: impl IntoIterator<Item = bool>) -> Coverage {
         trials
             .into_iter()
-            .fold(Share::default(), |s, held| Share { kept: s.kept + u64::from(held), of: s.of + 1 })
+            .fold(Coverage::default(), |s, held| Coverage { kept: s.kept + u64::from(held), of: s.of + 1 })
     }
 
     /// The trials of both together.
-    pub fn plus(self, other: Share) -> Share {
-        Share { kept: self.kept + other.kept, of: self.of + other.of }
+    pub fn plus(self, other: Coverage) -> Coverage {
+        Coverage { kept: self.kept + other.kept, of: self.of + other.of }
     }
 
     /// From 0 to 1; NaN without trials.
@@ -111,13 +112,13 @@ impl Share {
     }
 }
 
-impl std::iter::Sum for Share {
-    fn sum<I: Iterator<Item = Share>>(all: I) -> Share {
-        all.fold(Share::default(), Share::plus)
+impl std::iter::Sum for Coverage {
+    fn sum<I: Iterator<Item = Coverage>>(all: I) -> Coverage {
+        all.fold(Coverage::default(), Coverage::plus)
     }
 }
 
-impl std::fmt::Display for Share {
+impl std::fmt::Display for Coverage {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.of {
             0 => write!(out, "-"),
@@ -134,21 +135,21 @@ mod tests {
     fn aims_are_those_of_the_confidence() {
         let aim = Aim::of(0.95);
         assert!((aim.low - 0.935).abs() < 1e-12 && (aim.high - 0.99).abs() < 1e-12);
-        let said = |kept, of| aim.say(Share { kept, of });
+        let said = |kept, of| aim.say(Coverage { kept, of });
         assert_eq!(said(960, 1000), "aim 93.5-99 %: within");
         assert_eq!(said(1000, 1000), "aim 93.5-99 %: above");
         assert_eq!(said(20, 20), "aim 93.5-99 %: above?");
         assert_eq!(said(18, 20), "aim 93.5-99 %: BELOW?");
         assert_eq!(said(900, 1000), "aim 93.5-99 %: BELOW");
         assert_eq!(said(0, 0), "aim 93.5-99 %: no trial");
-        assert!(aim.missed(Share { kept: 900, of: 1000 }) && !aim.missed(Share { kept: 18, of: 20 }));
-        assert_eq!(Aim::at_least(0.95).say(Share { kept: 20, of: 20 }), "aim 93.5 % or more: within");
+        assert!(aim.missed(Coverage { kept: 900, of: 1000 }) && !aim.missed(Coverage { kept: 18, of: 20 }));
+        assert_eq!(Aim::at_least(0.95).say(Coverage { kept: 20, of: 20 }), "aim 93.5 % or more: within");
     }
 
     #[test]
     fn shares_add_up() {
-        let a = Share::of([true, false, true]);
-        assert_eq!(a.plus(Share::of([true])), Share { kept: 3, of: 4 });
+        let a = Coverage::of([true, false, true]);
+        assert_eq!(a.plus(Coverage::of([true])), Coverage { kept: 3, of: 4 });
         assert_eq!(a.to_string(), "2/3 = 66.7 %");
     }
 }
