@@ -1,7 +1,7 @@
 //! Compiles the kernels with shaderc, marks their arithmetic, and optimises them with `spirv-opt`.
 
 use crate::pack::Compiled;
-use crate::sources::{OPTIMISER, Source, abi_glsl};
+use crate::sources::{LIBRARY, OPTIMISER, Source, abi_glsl};
 use crate::{defects, spirv, text_of};
 use std::path::Path;
 use std::{env, fs, process};
@@ -9,6 +9,9 @@ use std::{env, fs, process};
 /// Compiles every form of every kernel; `planted`: with all planted mistakes, each behind its value of one more
 /// specialisation constant. Modules are read before the optimiser takes their names away.
 pub fn all(kernels: &[Source], planted: bool) -> Result<Vec<Compiled>, String> {
+    if planted && let Some(edit) = defects::EDITS.iter().find(|e| !is_source(e.file)) {
+        return Err(format!("src/kernel/defects.rs, {:?}: there is no file {}", edit.defect, edit.file));
+    }
     let compiler = shaderc::Compiler::new().map_err(|e| format!("shaderc: {e}"))?;
     let mut compiled = Vec::new();
     for kernel in kernels {
@@ -35,6 +38,12 @@ pub fn tools() -> String {
     let text = optimiser.map(|out| String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned());
     let version = text.as_deref().ok().and_then(|text| text.lines().next()).unwrap_or("no spirv-opt");
     format!("SPIR-V {:#x} revision {}, {}", spirv.0, spirv.1, version.trim())
+}
+
+/// Whether a kernel or a library file has this name.
+fn is_source(name: &str) -> bool {
+    let folders = LIBRARY.iter().map(|folder| format!("glsl/lib/{folder}"));
+    folders.chain(["glsl".to_owned()]).any(|folder| Path::new(&folder).join(name).exists())
 }
 
 /// The text of a GLSL file.

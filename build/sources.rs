@@ -10,7 +10,7 @@ use std::path::PathBuf;
 const JOINED: [&str; 2] = ["place", "trace"];
 
 /// Folders of `glsl/lib`.
-const LIBRARY: [&str; 4] = ["base", "optics", "shape", "traverse"];
+pub const LIBRARY: [&str; 4] = ["base", "optics", "shape", "traverse"];
 
 /// What `spirv-opt` is asked for. It leaves float operations alone that carry NoContraction, which all do.
 pub const OPTIMISER: [&str; 4] = ["--target-env=vulkan1.2", "--scalar-block-layout", "--strip-debug", "-O"];

@@ -1,6 +1,7 @@
 //! Renders a scene in single and in double precision, and prints how far the two images are apart.
 //!
 //! `cargo run --release --example compare -- scenes/cornell.toml`
+#![allow(clippy::print_stdout)] // An example speaks on standard output.
 
 use whitted::{DeviceChoice, Precision, Renderer, Scene, Settings, compare};
 

@@ -1,6 +1,7 @@
 //! Renders a scene to an error instead of a number of samples, and prints what the error is made of.
 //!
 //! `cargo run --release --example error -- scenes/cornell_glass.toml 0.02 glass.png`
+#![allow(clippy::print_stdout)] // An example speaks on standard output.
 
 use whitted::{DeviceChoice, Renderer, Request, Scene, Settings};
 

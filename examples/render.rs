@@ -1,6 +1,7 @@
 //! Renders a scene that is written in the program, and prints where the time went.
 //!
 //! `cargo run --release --example render -- ball.png`
+#![allow(clippy::print_stdout)] // An example speaks on standard output.
 
 use whitted::{DeviceChoice, Renderer, Scene, Settings};
 

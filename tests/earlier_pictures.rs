@@ -28,7 +28,7 @@ const TOLERANCE: f64 = 1e-4;
 
 fn load(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes");
-    Scene::load(&folder.join(name).with_extension("toml")).unwrap()
+    Scene::load(folder.join(name).with_extension("toml")).unwrap()
 }
 
 #[test]

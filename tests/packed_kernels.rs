@@ -1,5 +1,8 @@
 //! `glsl/kernels.pack` holds what shaderc makes of the sources, and reads back word for word.
 
+// A panic is a test's failure report, in its helpers too.
+#![allow(clippy::unwrap_used)]
+
 #[path = "../build/pack.rs"]
 mod pack;
 
@@ -61,7 +64,8 @@ fn a_pack_reads_back_as_it_was_written() {
 
 #[test]
 fn damage_is_an_error() {
-    let bytes = pack::write("digest", "tools", &compiled()[..1]).unwrap();
+    let kernels = &compiled()[..1];
+    let bytes = pack::write("digest", "tools", kernels).unwrap();
     for length in (0..bytes.len()).step_by(7) {
         assert!(pack::read(&bytes[..length]).is_err(), "cut to {length} bytes");
     }
@@ -69,7 +73,8 @@ fn damage_is_an_error() {
     for at in stream..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x10;
-        assert!(pack::read(&damaged).is_err(), "byte {at}");
+        // Some bits of a zlib stream mean nothing: the kernels are then what they were.
+        assert!(!pack::read(&damaged).is_ok_and(|p| p.kernels != kernels), "byte {at}");
     }
 }
 

@@ -107,6 +107,7 @@ fn a_receipt_prices_what_is_absent() {
         "branching",
         "secondary",
         "hierarchy",
+        "lone-rays",
         "storage",
     ];
     let depth = json(folder.path(), "a.json")["settings"]["depth"].as_u64().unwrap();

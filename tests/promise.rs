@@ -31,7 +31,7 @@ impl Observer for StopAfter {
 }
 
 fn scene(name: &str) -> Scene {
-    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
+    Scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
 }
 
 fn settings(scene: &Scene, tile_pixels: u32) -> Settings {

@@ -69,7 +69,9 @@ fn the_true_error_lies_within_the_budget() {
 #[test]
 fn the_sampling_part_holds_as_often_as_it_says() {
     let mut r = renderer();
-    let scene = scene("cornell");
+    // The earlier report scene, whose few pixels on edges make half a variance too little.
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scenes/cornell.toml");
+    let scene = Scene::load(file).expect("a scene");
     let settings = Settings { samples: 64, replicates: 4, depth: 2, ..sized(&scene, 32, 24) };
     let settings = Settings { precision: Precision::Double, ..settings };
     let same_depth = truth(&mut r, &scene, &settings, Some(2), 2e-4);

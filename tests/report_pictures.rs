@@ -18,7 +18,7 @@ const BIG: usize = 1;
 
 fn load(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    Scene::load(&folder.join(name).with_extension("toml")).unwrap()
+    Scene::load(folder.join(name).with_extension("toml")).unwrap()
 }
 
 /// What a primary ray hits first.

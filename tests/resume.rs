@@ -21,7 +21,7 @@ impl Observer for StopAfter {
 }
 
 fn scene(name: &str) -> Scene {
-    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
+    Scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).unwrap()
 }
 
 /// A small image in tiles of `tile_pixels`.
@@ -118,7 +118,7 @@ fn another_render_is_refused() {
     let mut moved = scene.clone();
     moved.meshes[0].vertices[0].x += 1e-3;
     let why = refused(&moved, &settings);
-    assert!(why.starts_with("the scene"), "{why}");
+    assert!(why.contains("scene"), "{why}");
     let mut dimmed = scene.clone();
     dimmed.lights[0].intensity *= 0.5;
     refused(&dimmed, &settings);

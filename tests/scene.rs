@@ -17,7 +17,7 @@ fn folder() -> PathBuf {
 
 /// Parses a text as if it lay in `scenes/`.
 fn parse(text: &str) -> Result<Scene, SceneError> {
-    Scene::parse(text, &folder().join("test.toml"))
+    Scene::parse(text, folder().join("test.toml"))
 }
 
 #[test]

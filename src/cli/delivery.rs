@@ -6,7 +6,7 @@ use super::failure::Failure;
 use crate::accuracy::promise;
 use crate::image::{Format, Metadata, View};
 use crate::render::Rendered;
-use crate::report::{Report, table};
+use crate::report::{Report, text};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::{atomic_file, units};
@@ -87,10 +87,10 @@ impl Deliver<'_> {
             write_json(path, report)?;
         }
         if console.is_verbose() {
-            console.say(&table::report(report));
+            console.say(&text::report(report));
         }
-        console.say(&table::summary(report));
-        for line in table::error(report).iter().chain(&table::warnings(report)) {
+        console.say(&text::summary(report));
+        for line in text::error(report).iter().chain(&text::warnings(report)) {
             console.say(line);
         }
         Ok(rendered.report)

@@ -8,6 +8,7 @@ mod recipe;
 mod rounding;
 pub mod scene_features;
 mod solids;
+mod spheres;
 mod triangles;
 pub mod winding_number;
 
@@ -22,9 +23,10 @@ use crate::settings::forced_features::Feature;
 use crate::settings::{Origin, Precision, Settings};
 use glam::DVec3;
 pub(crate) use recipe::Recipe;
+use rounding::Rounding;
 pub(crate) use rounding::SINGLE_RADII;
-use rounding::{Rounding, extended_sphere};
-use solids::{Solid, media};
+use solids::media;
+use spheres::Spheres;
 use triangles::{Kept, Triangles};
 
 /// Solids a ray can be in at once, at most.
@@ -115,41 +117,11 @@ pub(crate) fn pack_by(
     let Kept { mut prims, degenerate, mut exact } = triangles.kept();
     let (count, flat_count) = (prims.len(), triangles.len() as u32);
 
-    let mut spheres = Vec::with_capacity(scene.spheres.len());
-    let mut extended_spheres = Vec::new();
-    let sphere_bounds = |s: &double::Sphere| round.sphere_box(DVec3::from_array(s.center), s.radius.abs());
-    for (i, s) in scene.spheres.iter().enumerate() {
-        let (center, radius) = (frame.point(s.center), frame.length(s.radius));
-        let material = &scene.materials[s.material];
-        let solid = if material.refracts() {
-            solids.push(Solid {
-                bounds: Bounds::of_sphere(center, radius),
-                ior: material.ior,
-                priority: material.priority,
-                contains_eye: eye.distance(center) < radius,
-            });
-            solids.len() as u32
-        } else {
-            0
-        };
-        let rounded = round.point(center);
-        let is_wide = precision != Precision::Fast && !single_radii.contains(&radius);
-        let (radius, wide) = if is_wide {
-            extended_spheres.push(extended_sphere(center, radius, round));
-            // Used for its box alone, so it must hold the exact sphere: a relative 2^-20 covers the
-            // roundings of centre and radius.
-            let box_radius = round.number((radius + rounded.abs().max_element()) * 2f64.powi(-20) + radius);
-            (-box_radius, extended_spheres.len() as u32 - 1)
-        } else {
-            (round.number(radius), abi::NONE)
-        };
-        let (id, material) = (flat_count + i as u32, s.material as u32);
-        let packed = double::Sphere { center: rounded.to_array(), radius, material, solid, wide, id };
-        let (prim, same) = Prim::of(id, &sphere_bounds(&packed), true);
-        exact &= same;
-        prims.push(prim);
-        spheres.push(packed);
-    }
+    let made = Spheres::new(scene, &frame, round, eye, &single_radii, flat_count, &mut solids);
+    let Spheres { shapes: mut spheres, extended: extended_spheres, prims: sphere_prims, exact: same } = made;
+    prims.extend(sphere_prims);
+    exact &= same;
+    let sphere_bounds = |s: &double::Sphere| spheres::bounds(s, round);
 
     let mut found = SceneFeatures {
         triangles: count as u64,
@@ -192,11 +164,7 @@ pub(crate) fn pack_by(
         _ => sphere_bounds(&spheres[of_sphere(id)]),
     };
     let bvh = if brute {
-        Bvh {
-            nodes: vec![double::Node::default()],
-            order: prims.into_iter().map(|p| p.index).collect(),
-            ..Bvh::default()
-        }
+        unsorted(&prims)
     } else {
         let cache = Cache::of_user();
         let forms = if precision == Precision::Double { Forms::Nodes } else { forms };
@@ -226,10 +194,6 @@ pub(crate) fn pack_by(
         true => MaxDepth::unlimited(branching),
         false => MaxDepth::new(used(), at_once > 1, branching),
     };
-    let mut lights: Vec<double::Light> = scene.lights.iter().map(|l| light(l, &frame)).collect();
-    while on(Feature::Lights) && lights.len() < 2 {
-        lights.push(scene_features::light(lights.first()));
-    }
     Packed {
         frame,
         triangles: packed_triangles,
@@ -243,7 +207,7 @@ pub(crate) fn pack_by(
         bvh_depth: bvh.depth,
         packet_stack: bvh.packet_stack,
         materials: scene.materials.iter().map(material).collect(),
-        lights,
+        lights: lights(scene, &frame, on(Feature::Lights)),
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
@@ -255,6 +219,24 @@ pub(crate) fn pack_by(
         branching: branching || on(Feature::Branching),
         degenerate_triangles: degenerate,
     }
+}
+
+/// No hierarchy: primitives in the scene's order.
+fn unsorted(prims: &[Prim]) -> Bvh {
+    Bvh {
+        nodes: vec![double::Node::default()],
+        order: prims.iter().map(|p| p.index).collect(),
+        ..Bvh::default()
+    }
+}
+
+/// The scene's lights; `several`: at least two, those that are added give no light.
+fn lights(scene: &Scene, frame: &LocalFrame, several: bool) -> Vec<double::Light> {
+    let mut lights: Vec<double::Light> = scene.lights.iter().map(|l| light(l, frame)).collect();
+    while several && lights.len() < 2 {
+        lights.push(scene_features::light(lights.first()));
+    }
+    lights
 }
 
 fn branches(m: &crate::scene::Material) -> bool {

@@ -142,6 +142,7 @@ impl Renderer {
     }
 
     /// What the device's arithmetic is worth.
+    #[doc(hidden)]
     pub fn arithmetic(&self) -> &SelfTest {
         &self.arithmetic
     }
@@ -175,11 +176,13 @@ impl Renderer {
     }
 
     /// The device.
+    #[doc(hidden)]
     pub fn device(&self) -> &Rc<Device> {
         &self.device
     }
 
     /// Tests every primitive (`true`) or walks the hierarchy (`false`), whatever the scene's size.
+    #[doc(hidden)]
     pub fn force_brute_force(&mut self, brute_force: Option<bool>) {
         self.brute_force = brute_force;
     }
@@ -217,6 +220,7 @@ impl Renderer {
 
     /// Fills every buffer that the kernels write with NaN before each submit: a read of what was never
     /// written then shows in the image.
+    #[doc(hidden)]
     pub fn poison_buffers(&mut self, poison: bool) {
         self.poison = poison;
     }

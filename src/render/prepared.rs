@@ -88,11 +88,13 @@ impl Prepared {
     }
 
     /// The plan.
+    #[doc(hidden)]
     pub fn plan(&self) -> &Plan {
         &self.frame.plan
     }
 
     /// The scene's arrays.
+    #[doc(hidden)]
     pub fn packed(&self) -> &Packed {
         &self.planned.packed
     }
@@ -113,11 +115,13 @@ impl Prepared {
     }
 
     /// Bytes that the buffers took on the device and the host.
+    #[doc(hidden)]
     pub fn bytes_taken(&self) -> u64 {
         self.frame.buffers.taken()
     }
 
     /// The plan explained; `file` is the scene's path as given.
+    #[doc(hidden)]
     pub fn explain(&self, file: &str) -> ExplainedPlan {
         let PlannedScene { packed, settings, limits, .. } = &self.planned;
         explain(file, &self.device, packed, settings, limits, Some(self.plan()))
@@ -125,11 +129,13 @@ impl Prepared {
 
     /// Keeps the submits of the renders to come for [`Prepared::take_timeline`], one batch in each, so that the items
     /// of every dispatch are known.
+    #[doc(hidden)]
     pub fn keep_submits(&mut self, keep: bool) {
         self.frame.trace = keep.then(Vec::new);
     }
 
     /// When phases began and ended since the last call, and the submits if they were kept.
+    #[doc(hidden)]
     pub fn take_timeline(&mut self) -> RenderTimeline {
         std::mem::take(&mut self.trace)
     }

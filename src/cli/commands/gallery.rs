@@ -10,7 +10,7 @@ use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::gallery::{self, Cell, Picture, Section, Sheet, Subject};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::report::Report;
-use crate::report::table;
+use crate::report::text;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::units::{plural, seconds, short};
@@ -89,9 +89,9 @@ fn make(
             }
             save(&args.output, picture, &mut rendered, started)?;
             if console.is_verbose() {
-                console.say(&table::report(&rendered.report));
+                console.say(&text::report(&rendered.report));
             }
-            console.say(&table::summary(&rendered.report));
+            console.say(&text::summary(&rendered.report));
             let named = (row.name == "final").then_some(subject.name.as_str());
             cells.push(cell(&rendered, named));
             entries.push(Entry { row: row.name, report: rendered.report });

@@ -12,7 +12,7 @@ use crate::plan::Plan;
 use crate::plan::{memory_traffic, passes};
 use crate::render::{Prepared, Rendered, Renderer};
 use crate::report::Report;
-use crate::report::table;
+use crate::report::text;
 use crate::report::timeline::{self, Dispatched, Phase, RenderTimeline, Submit};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -119,8 +119,8 @@ fn write_trace(
 }
 
 fn tell(args: &ProfileArgs, profile: &Profile, console: &mut Console) -> Result<(), Failure> {
-    let text = table::about(&profile.report) + "\n" + &profile::text(profile);
-    for line in table::warnings(&profile.report) {
+    let text = text::about(&profile.report) + "\n" + &profile::text(profile);
+    for line in text::warnings(&profile.report) {
         console.say(&line);
     }
     match &args.json {

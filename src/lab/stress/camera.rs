@@ -78,7 +78,7 @@ fn field_of_view(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         }
     }
     let pixels = (WIDTH * HEIGHT) as usize * angles.len();
-    Ok(Figure::count(wrong, pixels as usize, "pixels on the wrong side of an edge"))
+    Ok(Figure::count(wrong, pixels, "pixels on the wrong side of an edge"))
 }
 
 fn eye_places(h: &mut Harness<'_>) -> Result<Figure, RenderError> {

@@ -5,8 +5,8 @@ mod text;
 
 pub use text::text;
 
+use super::info::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use super::prediction::Prediction;
-use super::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::prepare::scene_features::SceneFeatures;
 use serde::Serialize;
 

@@ -81,7 +81,7 @@ fn every_picture_has_its_parts_below_it_framed_as_in_the_picture() {
     // one of the pair before, if it changes there.
     let corners: Vec<[u32; 2]> = row.parts.iter().map(|p| p.window.corner).collect();
     let size = row.parts[0].window.size;
-    // A fifth of the width is 9 pixels at the scale of the row; its height keeps the aspect, rounded up.
+    // Shown 8 times, enlarged 4 times more: two parts and the gap between them fit in 640 pixels. 9 * 60 / 80, up.
     assert_eq!(size, [9, 7]);
     let holds = |corner: [u32; 2], square: u32| {
         let spans = |axis: usize, at: u32| corner[axis] <= at && at + 4 <= corner[axis] + size[axis];
