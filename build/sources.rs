@@ -39,6 +39,7 @@ pub struct Source {
     /// File name without extension.
     pub name: String,
     /// Path relative to the package.
+    #[cfg_attr(not(whitted_shaderc), allow(dead_code))] // Only what compiles reads it.
     pub path: PathBuf,
     /// GLSL.
     pub text: String,
