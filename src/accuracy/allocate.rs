@@ -13,8 +13,9 @@
 
 use super::pixel_order;
 use super::pixel_sums::PixelSums;
-use super::sampling::{Noise, SamplingBound, unseen_squares};
-use crate::render::samples::{Source, Traced};
+use super::sampling::{Noise, SamplingBound, joined};
+use super::unseen::{Cap, Caps, Unseen};
+use crate::render::samples::{Source, Traced, sets};
 use crate::settings::sampler::pcg4d;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -45,11 +46,17 @@ pub struct Goal {
 }
 
 impl Goal {
-    /// A goal whose pilot leaves at most half of the target to what no sample met; `most` permitting.
+    /// A goal whose pilot leaves at most half of the target to what no sample met in pixels of at most white; `most`
+    /// permitting.
     pub fn for_target(target: f64, confidence: f64, pixels: usize, replicates: usize, most: u32) -> Goal {
-        let mut pilot = replicates as u32;
+        let mut pilot = sets(replicates) as u32;
         let allowed = 0.5 * target * target * pixels as f64;
-        while pilot <= most / 2 && unseen_squares(pilot, confidence) > allowed {
+        let unseen = |samples| {
+            let mut one = Unseen::default();
+            one.add(samples, Cap::WHITE, false);
+            one.squares(confidence)
+        };
+        while pilot <= most / 2 && unseen(pilot) > allowed {
             pilot *= 2;
         }
         Goal { target: Some(target), confidence, pilot, most: most.max(pilot) }
@@ -89,10 +96,19 @@ struct Class {
     samples: u32,
     /// Noise of those ahead, and of the rest.
     noise: [Noise; 2],
+    /// The same pixels by what they may hold unseen.
+    unseen: [Unseen; 2],
     /// What doubling leaves of the squared error.
     doubled: f64,
     /// Rays of one sample.
     rays: f64,
+}
+
+impl Class {
+    /// True if a pixel of the rest may hold something brighter than white.
+    fn is_bright(&self) -> bool {
+        self.unseen[1].is_bright()
+    }
 }
 
 /// The state of an adaptive render: all that was traced, and what to trace next. Deterministic.
@@ -107,6 +123,9 @@ pub struct Allocation {
     piloted: usize,
     /// What is left of a step that was cut short.
     open: Option<Step>,
+    /// What each pixel may hold unseen.
+    #[serde(skip)]
+    caps: Caps,
 }
 
 /// What a class would gain by doubling the rest of it.
@@ -122,9 +141,9 @@ struct Candidate {
 
 impl Allocation {
     /// Nothing traced yet.
-    pub fn new(width: u32, height: u32, replicates: usize, goal: Goal) -> Allocation {
+    pub fn new(width: u32, height: u32, replicates: usize, goal: Goal, caps: Caps) -> Allocation {
         let gathered = PixelSums::new(width, height, replicates);
-        Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0, open: None }
+        Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0, open: None, caps }
     }
 
     /// What is asked for.
@@ -150,7 +169,8 @@ impl Allocation {
     }
 
     /// Takes back what [`Allocation::take_gathered`] gave; false if it is of another image.
-    pub fn put_gathered(&mut self, gathered: PixelSums) -> bool {
+    pub fn put_gathered(&mut self, gathered: PixelSums, caps: Caps) -> bool {
+        self.caps = caps;
         let fits = gathered.width == self.gathered.width
             && gathered.replicates == self.gathered.replicates
             && gathered.samples.len() as u64 == u64::from(gathered.width) * u64::from(self.height);
@@ -165,7 +185,11 @@ impl Allocation {
 
     /// The sampling bound of the image as it is; `None` until every pixel has its pilot.
     pub fn bound(&self) -> Option<SamplingBound> {
-        (!self.classes.is_empty()).then(|| self.noise().bound(self.gathered.replicates, self.goal.confidence))
+        let bound = || {
+            let unseen = self.unseen().squares(self.goal.confidence);
+            self.noise().bound(self.gathered.replicates, self.goal.confidence, unseen)
+        };
+        (!self.classes.is_empty()).then(bound)
     }
 
     /// Samples traced.
@@ -182,7 +206,7 @@ impl Allocation {
     pub fn outcome(&self) -> Outcome {
         match self.bound() {
             Some(b) if self.goal.target.is_some_and(|target| b.bound <= target) => Outcome::Reached,
-            Some(_) if self.candidates().0.is_empty() => Outcome::Capped,
+            Some(_) if self.candidates().is_empty() => Outcome::Capped,
             _ => Outcome::Unfinished,
         }
     }
@@ -200,13 +224,17 @@ impl Allocation {
         if self.outcome() != Outcome::Unfinished {
             return None;
         }
-        let (candidates, lift) = self.candidates();
+        let mut candidates = self.candidates();
+        let lift = self.lift(&candidates);
+        if let Some(lifted) = &lift {
+            candidates.retain(|c| lifted.contains(&c.class));
+        }
         let leader = candidates.first()?;
-        let samples = if lift.is_some() { self.least() } else { leader.samples };
+        let samples = leader.samples;
         let joins = |c: &&Candidate| {
             c.samples == samples && (lift.is_some() || c.drop * leader.cost >= JOINS * leader.drop * c.cost)
         };
-        let bound = self.noise().bound(self.gathered.replicates, self.goal.confidence).bound;
+        let bound = self.bound()?.bound;
         let mut need = match self.goal.target {
             Some(target) if lift.is_none() => {
                 (bound * bound - target * target) * self.gathered.samples.len() as f64
@@ -287,68 +315,99 @@ impl Allocation {
 
     /// Noise and cost of a class from what its pixels have.
     fn measure(&self, class: &mut Class) {
-        let noise = |&p: &u32| self.pixel_noise(p as usize);
-        class.noise = [
-            class.pixels[..class.ahead].iter().map(noise).sum(),
-            class.pixels[class.ahead..].iter().map(noise).sum(),
-        ];
+        let parts = [&class.pixels[..class.ahead], &class.pixels[class.ahead..]];
+        class.noise = parts.map(|pixels| pixels.iter().map(|p| self.gathered.noise_of(*p as usize)).sum());
+        class.unseen = parts.map(|pixels| {
+            let mut unseen = Unseen::default();
+            for p in pixels.iter().map(|p| *p as usize) {
+                unseen.add(self.gathered.samples[p], self.caps.of(p), self.gathered.is_white(p));
+            }
+            unseen
+        });
         let rays: u64 = class.pixels.iter().map(|&p| u64::from(self.gathered.marks[p as usize].rays)).sum();
         let samples: u64 = class.pixels.iter().map(|&p| u64::from(self.gathered.samples[p as usize])).sum();
         class.rays = rays as f64 / samples as f64;
-    }
-
-    fn pixel_noise(&self, p: usize) -> Noise {
-        Noise::of(self.gathered.sums_of(p), self.gathered.samples[p])
     }
 
     fn noise(&self) -> Noise {
         self.classes.iter().flat_map(|c| c.noise).sum()
     }
 
-    fn least(&self) -> u32 {
-        self.noise().least_samples
+    fn unseen(&self) -> Unseen {
+        let mut all = Unseen::default();
+        self.classes.iter().flat_map(|c| &c.unseen).for_each(|part| all.join(part));
+        all
     }
 
-    /// Classes that can be doubled, most gain per ray first; and, where raising all pixels of the fewest samples
-    /// gains most, because what no sample met weighs most, its gain per ray.
-    fn candidates(&self) -> (Vec<Candidate>, Option<f64>) {
-        let now = self.noise();
-        let (_, factor) = now.factor(self.gathered.replicates, self.goal.confidence);
-        let unseen = |n| unseen_squares(n, self.goal.confidence);
-        let total = |v: f64, u: f64| v + (v * (factor - 1.0)).hypot(u);
-        let present = total(now.squares, unseen(now.least_samples));
+    /// The sum of squared errors if the rest of each of `classes` is doubled: upper limit.
+    fn after(&self, classes: &[usize], factor: f64) -> f64 {
+        let noise = self.noise();
+        let share = noise.variance() / noise.squares.max(f64::MIN_POSITIVE);
+        let mut unseen = Unseen::default();
+        let mut fall = 0.0;
+        for (i, c) in self.classes.iter().enumerate() {
+            unseen.join(&c.unseen[0]);
+            if classes.contains(&i) {
+                unseen.join(&c.unseen[1].doubled());
+                fall += c.noise[1].squares * (1.0 - c.doubled);
+            } else {
+                unseen.join(&c.unseen[1]);
+            }
+        }
+        joined(noise.variance() - share * fall, factor, unseen.squares(self.goal.confidence))
+    }
+
+    /// Classes that can be doubled, most gain per ray first.
+    fn candidates(&self) -> Vec<Candidate> {
+        let (_, factor) = self.noise().factor(self.gathered.replicates, self.goal.confidence);
+        let present = self.after(&[], factor);
         let mut all: Vec<Candidate> = (self.classes.iter().enumerate())
             .filter(|(_, c)| c.samples <= self.goal.most / 2)
             .map(|(class, c)| {
-                let fall = c.noise[1].squares * (1.0 - c.doubled);
                 let pixels = c.pixels.len() - c.ahead;
                 Candidate {
                     class,
                     pixels,
                     samples: c.samples,
-                    drop: present - total(now.squares - fall, unseen(now.least_samples)),
+                    drop: present - self.after(&[class], factor),
                     cost: c.rays * pixels as f64 * f64::from(c.samples),
                 }
             })
             .collect();
         all.sort_by(|a, b| (b.drop / b.cost).total_cmp(&(a.drop / a.cost)));
-        let low: Vec<&Candidate> = all.iter().filter(|c| c.samples == now.least_samples).collect();
-        let fall: f64 = (low.iter().map(|c| &self.classes[c.class]))
-            .map(|c| c.noise[1].squares * (1.0 - c.doubled))
-            .sum();
-        let cost: f64 = low.iter().map(|c| c.cost).sum();
-        let gain = (present - total(now.squares - fall, unseen(2 * now.least_samples))) / cost;
-        let lift = (!low.is_empty() && all.first().is_some_and(|c| gain > c.drop / c.cost)).then_some(gain);
-        (all, lift)
+        all
+    }
+
+    /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
+    /// weighs most: all of the fewest samples, or those of them that may hold something bright.
+    fn lift(&self, candidates: &[Candidate]) -> Option<Vec<usize>> {
+        let (_, factor) = self.noise().factor(self.gathered.replicates, self.goal.confidence);
+        let present = self.after(&[], factor);
+        let mut best: Option<(f64, Vec<usize>)> = None;
+        for bright in [true, false] {
+            let able = || candidates.iter().filter(|c| !bright || self.classes[c.class].is_bright());
+            let Some(least) = able().map(|c| c.samples).min() else { continue };
+            let low: Vec<&Candidate> = able().filter(|c| c.samples == least).collect();
+            let classes: Vec<usize> = low.iter().map(|c| c.class).collect();
+            let cost: f64 = low.iter().map(|c| c.cost).sum();
+            let gain = (present - self.after(&classes, factor)) / cost;
+            if best.as_ref().is_none_or(|b| gain > b.0) {
+                best = Some((gain, classes));
+            }
+        }
+        let alone = candidates.first().map_or(0.0, |c| c.drop / c.cost);
+        best.filter(|(gain, _)| *gain > alone).map(|(_, classes)| classes)
     }
 
     /// Sorts the pixels into classes by their neighbours.
     fn classify(&mut self) {
-        let noise: Vec<f64> = (0..self.gathered.samples.len()).map(|p| self.pixel_noise(p).squares).collect();
+        let noise: Vec<f64> = (0..self.gathered.samples.len()).map(|p| self.gathered.noise_of(p).squares).collect();
         let image: Vec<[f64; 3]> = (0..noise.len()).map(|p| self.gathered.mean(p)).collect();
-        let mut groups: BTreeMap<(u8, i32), Vec<u32>> = BTreeMap::new();
+        let mut groups: BTreeMap<(bool, u8, i32), Vec<u32>> = BTreeMap::new();
         for p in 0..self.gathered.samples.len() as u32 {
-            groups.entry(self.look_around(p, &noise, &image)).or_default().push(p);
+            let (kind, level) = self.look_around(p, &noise, &image);
+            let bright = self.caps.of(p as usize).radiance > 1.0;
+            groups.entry((bright, kind, level)).or_default().push(p);
         }
         // Small groups join the next, the last the one before it.
         let mut merged: Vec<Vec<u32>> = Vec::new();
@@ -368,8 +427,9 @@ impl Allocation {
             .map(|mut pixels| {
                 pixels.sort_by_key(|&p| (pcg4d([p, 0x0a11, 0x0ca7, 0xe000])[0], p));
                 let samples = self.goal.pilot;
-                let noise = [Noise::default(); 2];
-                let mut class = Class { pixels, ahead: 0, samples, noise, doubled: DOUBLED, rays: 1.0 };
+                let (noise, unseen) = ([Noise::default(); 2], Default::default());
+                let mut class =
+                    Class { pixels, ahead: 0, samples, noise, unseen, doubled: DOUBLED, rays: 1.0 };
                 self.measure(&mut class);
                 class
             })

@@ -2,6 +2,7 @@
 //! drivers that keep an error or a time ([`promise`]).
 
 pub mod allocate;
+pub mod bright;
 pub mod budget;
 pub mod pixel_order;
 pub mod pixel_sums;
@@ -13,3 +14,4 @@ pub mod sampling;
 #[cfg(test)]
 mod synthetic;
 pub mod truncation;
+pub mod unseen;

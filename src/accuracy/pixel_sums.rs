@@ -4,7 +4,8 @@ use super::interval::{self, Interval};
 use super::radiance_bound::RadianceLimit;
 use super::sampling::Noise;
 use super::truncation::{self, TruncationBound};
-use crate::render::samples::{Mark, Traced};
+use super::unseen::{Caps, Unseen};
+use crate::render::samples::{Mark, Traced, quarters, sets};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -13,11 +14,11 @@ use std::ops::Range;
 pub struct PixelSums {
     /// Pixels.
     pub width: u32,
-    /// Replicates of a pixel.
+    /// Replicates of a pixel; 1 for one sequence, whose quarters are kept apart.
     pub replicates: usize,
     /// Samples of each pixel.
     pub samples: Vec<u32>,
-    /// Sums of the replicates, `replicates` a pixel.
+    /// Sums of the sets of samples, `sets(replicates)` a pixel.
     pub sums: Vec<[f64; 3]>,
     /// What the samples did.
     pub marks: Vec<Mark>,
@@ -31,21 +32,29 @@ impl PixelSums {
             width,
             replicates,
             samples: vec![0; pixels],
-            sums: vec![[0.0; 3]; pixels * replicates],
+            sums: vec![[0.0; 3]; pixels * sets(replicates)],
             marks: vec![Mark::default(); pixels],
         }
     }
 
-    /// Adds `samples` samples of each of `pixels`; of the first of them if fewer were traced.
+    /// Adds `samples` samples of each of `pixels`; of the first of them if fewer were traced. A pixel of one
+    /// sequence that has samples gets as many again, so that old and new quarters join to quarters of the whole.
     pub fn add(&mut self, pixels: &[u32], samples: u32, traced: &Traced) {
-        let r = self.replicates;
-        for ((at, more), sums) in pixels.iter().zip(&traced.marks).zip(traced.sums.chunks(r)) {
+        let s = sets(self.replicates);
+        for ((at, more), sums) in pixels.iter().zip(&traced.marks).zip(traced.sums.chunks(s)) {
             let at = *at as usize;
-            let mark = &mut self.marks[at];
-            *mark = if self.samples[at] == 0 { *more } else { mark.and(more) };
+            let (mark, before) = (&mut self.marks[at], self.samples[at]);
+            *mark = if before == 0 { *more } else { mark.and(more) };
             self.samples[at] += samples;
-            for (sum, more) in self.sums[at * r..].iter_mut().zip(sums) {
-                sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+            let own = &mut self.sums[at * s..(at + 1) * s];
+            if self.replicates > 1 {
+                own.iter_mut().zip(sums).for_each(|(sum, more)| *sum = plus(*sum, *more));
+            } else if before == 0 {
+                own.copy_from_slice(sums);
+            } else {
+                debug_assert_eq!(before, samples, "quarters join only where samples double");
+                let halves = [plus(own[0], own[1]), plus(own[2], own[3])];
+                own.copy_from_slice(&[halves[0], halves[1], plus(sums[0], sums[1]), plus(sums[2], sums[3])]);
             }
         }
     }
@@ -82,21 +91,53 @@ impl PixelSums {
             Some(f64::from_le_bytes(*x))
         };
         let mut sum = || Some([number()?, number()?, number()?]);
-        let sums = (0..pixels.checked_mul(replicates)?).map(|_| sum()).collect::<Option<_>>()?;
+        let sums = (0..pixels.checked_mul(sets(replicates))?).map(|_| sum()).collect::<Option<_>>()?;
         for m in &mut marks {
             m.cut = number()?;
         }
         Some(PixelSums { width, replicates, samples, sums, marks })
     }
 
-    /// Sums of the replicates of pixel `at`.
+    /// Sums of the sets of pixel `at`.
     pub fn sums_of(&self, at: usize) -> &[[f64; 3]] {
-        &self.sums[at * self.replicates..(at + 1) * self.replicates]
+        let s = sets(self.replicates);
+        &self.sums[at * s..(at + 1) * s]
+    }
+
+    /// Samples in each set of pixel `at`.
+    pub fn counts_of(&self, at: usize) -> Vec<u32> {
+        match self.replicates {
+            1 => quarters(self.samples[at]).to_vec(),
+            r => vec![self.samples[at] / r as u32; r],
+        }
+    }
+
+    /// What pixel `at` says of its sampling error; it has samples.
+    pub fn noise_of(&self, at: usize) -> Noise {
+        match self.sums_of(at) {
+            &[a, b, c, d] if self.replicates == 1 => Noise::of_quarters([a, b, c, d], self.samples[at]),
+            sums => Noise::of_replicates(sums, self.samples[at]),
+        }
+    }
+
+    /// True if every set of samples of pixel `at` puts all channels at white or more.
+    pub fn is_white(&self, at: usize) -> bool {
+        let sets = self.sums_of(at).iter().zip(self.counts_of(at));
+        sets.into_iter().all(|(sum, count)| sum.iter().all(|channel| *channel >= f64::from(count)))
+    }
+
+    /// What the pixels may hold unseen; those without samples hold nothing.
+    pub fn unseen(&self, caps: &Caps) -> Unseen {
+        let mut unseen = Unseen::default();
+        for at in (0..self.samples.len()).filter(|at| self.samples[*at] > 0) {
+            unseen.add(self.samples[at], caps.of(at), self.is_white(at));
+        }
+        unseen
     }
 
     /// Mean of pixel `at`, linear RGB, unclamped.
     pub fn mean(&self, at: usize) -> [f64; 3] {
-        let total = self.sums_of(at).iter().fold([0.0; 3], |a, b| std::array::from_fn(|c| a[c] + b[c]));
+        let total = self.sums_of(at).iter().fold([0.0; 3], |a, b| plus(a, *b));
         total.map(|channel| channel / f64::from(self.samples[at].max(1)))
     }
 
@@ -123,7 +164,7 @@ impl PixelSums {
     /// What the pixels say of their sampling error; those without samples say nothing.
     pub fn noise(&self) -> Noise {
         let sampled = (0..self.samples.len()).filter(|at| self.samples[*at] > 0);
-        sampled.map(|at| Noise::of(self.sums_of(at), self.samples[at])).sum()
+        sampled.map(|at| self.noise_of(at)).sum()
     }
 
     /// The intervals of pixel `at`, one a channel; it has samples.
@@ -174,4 +215,8 @@ impl PixelSums {
     pub fn truncation(&self, limit: &RadianceLimit) -> TruncationBound {
         truncation::truncation((0..self.samples.len()).map(|at| (self.mean(at), self.cut(at))), limit)
     }
+}
+
+fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] + b[c])
 }

@@ -28,6 +28,24 @@ const ROUNDED_UP: f64 = 1.0 + 1.0 / 16_384.0;
 /// Triangles of one box.
 const BUNCH: usize = 128;
 
+/// A part of the scene's surface, of one material.
+pub struct Surface {
+    /// Its box.
+    pub bounds: Bounds,
+    /// Index into the scene's materials.
+    pub material: usize,
+}
+
+/// Boxes around all surfaces of the scene.
+pub fn surfaces(scene: &Scene) -> Vec<Surface> {
+    let balls = scene.spheres.iter().map(|s| Surface {
+        bounds: Bounds::of_sphere(s.center, s.radius),
+        material: s.material,
+    });
+    let parts = bunches(scene).into_iter().map(|b| Surface { bounds: b.bounds, material: b.material });
+    balls.chain(parts).collect()
+}
+
 /// Consecutive triangles of one object and material.
 struct Bunch {
     bounds: Bounds,
@@ -50,7 +68,8 @@ pub fn radiance_limit(scene: &Scene) -> RadianceLimit {
 
 /// As [`radiance_limit`], with the distance to a triangle and the greatest cosine given.
 fn limit_by(scene: &Scene, distance: fn(&[DVec3; 3], DVec3) -> f64, cosine: f64) -> RadianceLimit {
-    let (frame, bunches) = (LocalFrame::of(scene), bunches(scene));
+    let (frame, mut bunches) = (LocalFrame::of(scene), bunches(scene));
+    bunches.retain(|b| carried(scene, b.material));
     let nearest: Vec<Vec<(f64, Object)>> =
         scene.lights.par_iter().map(|l| nearest(scene, &bunches, l.position, distance)).collect();
     let mut limit = RadianceLimit { rgb: scene.render.background.to_array(), unbounded: None };
@@ -136,7 +155,6 @@ fn bunches(scene: &Scene) -> Vec<Bunch> {
     });
     let mut all: Vec<Bunch> = polygons.collect();
     all.par_extend(meshes);
-    all.retain(|b| carried(scene, b.material));
     all
 }
 

@@ -1,51 +1,64 @@
 //! How far an image is from the truth because its pixels are means of finitely many samples: an upper bound
 //! on the RMSE, in linear light clamped to [0, 1], that holds with a stated confidence.
 //!
-//! A pixel is the mean of R independent replicates with covariance C, so its error e has covariance C/R and
-//! v = tr(S)/R, from the replicates' sample covariance S, has the mean of |e|^2. Over the image, the sum V of
-//! v estimates the sum Q of |e|^2 without bias, whatever the distribution of a replicate. |e|^2 - v is
-//! the U-statistic `sum_(i != j) x_i . x_j / (R (R - 1))` of the centred replicates, so its variance
-//! is exactly `2 tr(C^2) / (R (R - 1))`: skewness and kurtosis cancel. Pixels are independent, so that of Q - V
-//! is the sum W' of these. Q/V therefore has the mean and, to first order, the variance of Fisher's F with
-//! nu = V^2 / W and (R - 1) nu degrees of freedom, where W sums tr(C^2) / R^2 (Satterthwaite, Biometrics
-//! Bulletin 2(6), 1946). tr(C^2) is estimated without bias too (Himeno and Yamada, Journal of Multivariate
-//! Analysis 130, 2014, eq. 2.2). That estimate is as noisy as few pixels make it, so W has
-//! `CAUTION` standard errors added.
+//! **One sequence in quarters.** A pixel's n samples are one sequence; h_1 and h_2 are the means of its first and
+//! second half, so its mean is (h_1 + h_2)/2 and d = (h_1 - h_2)/2. Where the halves are exchangeable (scrambling
+//! swaps them), Cov(h_1 + h_2, h_1 - h_2) = 0, hence Var(half) = Var(mean) + E|d|^2: d shows the error that the last
+//! doubling of samples removed, without a second sequence and at no cost to the image. If a doubling divides the
+//! variance by r, Var(mean) = E|d|^2 / (r - 1). Independent samples have r = 2, which is safe wherever the sequence
+//! is no worse than independent samples; along edges scrambled nets have r = 2^1.5 (Mitchell, SIGGRAPH 1996). r is
+//! measured from the doubling before, E|d'|^2 / E|d|^2 with d' the half difference of quarters, pooled over the
+//! pixels, at its lower confidence limit and within [2, 2^1.5]; counts that are no power of two take 2.
+//! The sum V of these estimates over the pixels estimates the sum Q of |e|^2.
 //!
-//! V knows only what some sample met. What every sample missed adds at most U to Q by the rule of three, with
-//! confidence P ([`unseen_squares`]). Two independent parts, estimated at V and 0 with upper limits F V and U, have
-//! the sum `V + sqrt(((F - 1) V)^2 + U^2)`: the modified large-sample limit of Graybill and Wang, Journal of the
-//! American Statistical Association 75(372), 1980. Where nothing was met it is U, where nothing was missed F V.
+//! **Replicates.** A pixel is the mean of R independent sequences with covariance C, so its error e has covariance
+//! C/R and v = tr(S)/R, from their sample covariance S, has the mean of |e|^2.
+//!
+//! **Confidence.** |e|^2 - |d|^2 is the product of the two halves' errors, and |e|^2 - v for R replicates the
+//! U-statistic `sum_(i != j) x_i . x_j / (R (R - 1))` of the centred ones: skewness and kurtosis cancel, and its
+//! variance is `2 tr(C^2) / (R (R - 1))`, R = 2 for halves. Pixels are independent, so that of Q - V is the sum of
+//! these. Q/V therefore has the mean and, to first order, the variance of Fisher's F with nu = V^2 / W and
+//! (R - 1) nu degrees of freedom, where W sums tr(C^2) / R^2 (Satterthwaite, Biometrics Bulletin 2(6), 1946).
+//! tr(C^2) is estimated without bias (Himeno and Yamada, Journal of Multivariate Analysis 130, 2014, eq. 2.2) from
+//! the replicates, or from the four quarters. That estimate is as noisy as few pixels make it, so W has `CAUTION`
+//! standard errors added.
+//!
+//! V contains only what some sample met. What every sample missed adds at most U to Q ([`unseen`](super::unseen)).
+//! Two independent parts, estimated at V and 0 with upper limits F V and U, have the sum
+//! `V + sqrt(((F - 1) V)^2 + U^2)`: the modified large-sample limit of Graybill and Wang, Journal of the American
+//! Statistical Association 75(372), 1980.
 //!
 //! Assumed: pixels are sampled independently; the sum over many pixels, or few, is shaped as F is (calibrated by
-//! simulation, see the tests); what no sample met differs from what was seen by no more than the range of an
-//! image as shown.
+//! simulation, see the tests).
 
 use super::quantile;
+use crate::render::samples::quarters;
 use serde::{Deserialize, Serialize};
 
 /// Standard errors that are added to the estimate of W.
 const CAUTION: f64 = 1.0;
+/// Confidence of the lower limit on r.
+const RATE_CONFIDENCE: f64 = 0.9;
+/// Greatest r that is used: that of edges.
+const RATE_MOST: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// What one pixel, or a set of them, says of its error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
     /// Pixels.
     pub pixels: u64,
-    /// V: estimated sum of squared errors, mean over channels.
+    /// Estimated sum of squared errors, mean over channels; of halves, the sum of |d|^2.
     pub squares: f64,
+    /// Part of `squares` of the pixels whose `finer` is known.
+    pub coarser: f64,
+    /// Sum of |d'|^2, mean over the two halves.
+    pub finer: f64,
+    /// Sum of v = tr(S)/R over the sets that `fourths` is estimated from.
+    pub traces: f64,
     /// Estimate of W, a sum over pixels of tr(C^2) / R^2.
     pub fourths: f64,
     /// Sum of v^4: the squared standard error of W, where few pixels make it up.
     pub eighths: f64,
-    /// Fewest samples of any of the pixels.
-    pub least_samples: u32,
-}
-
-impl Default for Noise {
-    fn default() -> Noise {
-        Noise { pixels: 0, squares: 0.0, fourths: 0.0, eighths: 0.0, least_samples: u32::MAX }
-    }
 }
 
 /// The sampling part of an image's error.
@@ -64,44 +77,55 @@ pub struct SamplingBound {
 }
 
 impl Noise {
-    /// A pixel from the sums over its replicates, linear RGB, each of `samples / sums.len()` samples. A channel
-    /// that all replicates put at 1 or more is shown as 1 and taken to be right; elsewhere clamping only
-    /// brings values nearer to each other.
-    pub fn of(sums: &[[f64; 3]], samples: u32) -> Noise {
+    /// A pixel from the sums over the consecutive quarters of its `samples` samples, linear RGB. A channel that all
+    /// quarters put at 1 or more is shown as 1 and taken to be right; no channel as shown errs by more than 1;
+    /// elsewhere clamping only brings values nearer to each other.
+    pub fn of_quarters(sums: [[f64; 3]; 4], samples: u32) -> Noise {
+        let counts = quarters(samples).map(f64::from);
+        let there = |q: &usize| counts[*q] > 0.0;
+        let half = |a: usize| {
+            let n = counts[a] + counts[a + 1];
+            (n, std::array::from_fn::<f64, 3, _>(|c| (sums[a][c] + sums[a + 1][c]) / n))
+        };
+        let ((n1, first), (n2, second)) = (half(0), half(2));
+        let shrink = (n1 * n2).sqrt() / (n1 + n2);
+        // Errors of a pixel: mean over channels, so each counts with a third.
+        let weight: [f64; 3] = std::array::from_fn(|c| {
+            let bright = (0..4).filter(there).all(|q| sums[q][c] >= counts[q]);
+            let d = (first[c] - second[c]) * shrink;
+            if bright { 0.0 } else { (1.0 / 3f64).sqrt() / d.abs().max(1.0) }
+        });
+        let apart = |a: [f64; 3], b: [f64; 3], shrink: f64| -> f64 {
+            (0..3).map(|c| (weight[c] * (a[c] - b[c]) * shrink).powi(2)).sum()
+        };
+        let squares = apart(first, second, shrink);
+        let mut noise = Noise { pixels: 1, squares, traces: squares, ..Noise::default() };
+        if (0..4).filter(there).count() == 4 {
+            let means: [[f64; 3]; 4] = std::array::from_fn(|q| sums[q].map(|s| s / counts[q]));
+            (noise.traces, noise.fourths) = moments(&means, weight);
+            if samples.is_power_of_two() {
+                let finer = apart(means[0], means[1], 0.5) + apart(means[2], means[3], 0.5);
+                (noise.coarser, noise.finer) = (squares, 0.5 * finer);
+            }
+        } else {
+            noise.fourths = squares * squares;
+        }
+        noise.eighths = noise.traces.powi(4);
+        noise
+    }
+
+    /// A pixel from the sums over its replicates, linear RGB, each of `samples / sums.len()` samples; clamped as by
+    /// [`Noise::of_quarters`].
+    pub fn of_replicates(sums: &[[f64; 3]], samples: u32) -> Noise {
         let r = sums.len() as f64;
         let each = f64::from(samples) / r;
-        let mut means = [0.0; 3];
-        for c in 0..3 {
-            let bright = sums.iter().all(|s| s[c] >= each);
-            means[c] = if bright { f64::NAN } else { sums.iter().map(|s| s[c]).sum::<f64>() / r };
-        }
-        // Errors of a pixel: mean over channels, so each counts with a third.
-        let centred = |s: &[f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|c| {
-                if means[c].is_nan() { 0.0 } else { (s[c] - means[c]) / each * (1.0 / 3f64.sqrt()) }
-            })
-        };
-        let mut covariance = [[0.0; 3]; 3];
-        let mut quartic = 0.0;
-        for x in sums.iter().map(centred) {
-            for i in 0..3 {
-                for j in 0..3 {
-                    covariance[i][j] += x[i] * x[j] / (r - 1.0);
-                }
-            }
-            quartic += (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).powi(2) / (r - 1.0);
-        }
-        let trace = covariance[0][0] + covariance[1][1] + covariance[2][2];
-        let traced_square: f64 = covariance.iter().flatten().map(|c| c * c).sum();
-        let v = trace / r;
-        let fourth = if sums.len() < 4 {
-            // Too few replicates to tell tr(C^2) from the noise in S: its upper bound.
-            trace * trace
-        } else {
-            (r - 1.0) / (r * (r - 2.0) * (r - 3.0))
-                * ((r - 1.0) * (r - 2.0) * traced_square + trace * trace - r * quartic)
-        };
-        Noise { pixels: 1, squares: v, fourths: fourth / (r * r), eighths: v.powi(4), least_samples: samples }
+        let means: Vec<[f64; 3]> = sums.iter().map(|s| s.map(|sum| sum / each)).collect();
+        let weight = std::array::from_fn(|c| {
+            let bright = means.iter().all(|m| m[c] >= 1.0);
+            if bright { 0.0 } else { (1.0 / 3f64).sqrt() }
+        });
+        let (v, fourths) = moments(&means, weight);
+        Noise { pixels: 1, squares: v, traces: v, fourths, eighths: v.powi(4), ..Noise::default() }
     }
 
     /// Both sets together.
@@ -109,57 +133,97 @@ impl Noise {
         Noise {
             pixels: self.pixels + other.pixels,
             squares: self.squares + other.squares,
+            coarser: self.coarser + other.coarser,
+            finer: self.finer + other.finer,
+            traces: self.traces + other.traces,
             fourths: self.fourths + other.fourths,
             eighths: self.eighths + other.eighths,
-            least_samples: self.least_samples.min(other.least_samples),
         }
     }
 
-    /// The bound with confidence `confidence`, in (0, 1), from pixels of `replicates` replicates.
-    pub fn bound(&self, replicates: usize, confidence: f64) -> SamplingBound {
+    /// The bound with confidence `confidence`, in (0, 1), from pixels of `replicates` replicates (1: quarters);
+    /// `unseen` is U.
+    pub fn bound(&self, replicates: usize, confidence: f64, unseen: f64) -> SamplingBound {
         let (freedom, factor) = self.factor(replicates, confidence);
-        let unseen = unseen_squares(self.least_samples, confidence);
         let pixels = self.pixels.max(1) as f64;
+        let variance = self.variance();
         SamplingBound {
-            bound: ((self.squares + (self.squares * (factor - 1.0)).hypot(unseen)) / pixels).sqrt(),
-            estimate: (self.squares / pixels).sqrt(),
+            bound: (joined(variance, factor, unseen) / pixels).sqrt(),
+            estimate: (variance / pixels).sqrt(),
             unseen: (unseen / pixels).sqrt(),
             freedom,
             confidence,
         }
     }
 
+    /// V.
+    pub fn variance(&self) -> f64 {
+        self.squares - self.coarser + self.coarser / (self.rate() - 1.0)
+    }
+
+    /// r: by how much a doubling of samples divides the variance.
+    pub fn rate(&self) -> f64 {
+        if self.coarser <= 0.0 || self.finer <= 2.0 * self.coarser {
+            return 2.0;
+        }
+        let freedom = self.freedom();
+        let certain = quantile::fisher(RATE_CONFIDENCE, 2.0 * freedom, freedom);
+        (self.finer / self.coarser / certain).clamp(2.0, RATE_MOST)
+    }
+
+    /// nu: squared mean over variance of the estimate, twice over. A sum of terms has no less than one of them.
+    fn freedom(&self) -> f64 {
+        let w = self.fourths.max(0.0) + CAUTION * self.eighths.sqrt();
+        if w > 0.0 { (self.traces * self.traces / w).max(1.0) } else { 1.0 }
+    }
+
     /// Degrees of freedom of V, and what it is multiplied by to be safe.
     pub fn factor(&self, replicates: usize, confidence: f64) -> (f64, f64) {
-        let w = self.fourths.max(0.0) + CAUTION * self.eighths.sqrt();
-        if self.squares <= 0.0 || w <= 0.0 {
+        if self.squares <= 0.0 || self.traces <= 0.0 {
             return (0.0, 1.0);
         }
-        // A sum of terms has no less freedom than one of them.
-        let freedom = (self.squares * self.squares / w).max(1.0);
-        (freedom, quantile::fisher(confidence, freedom, freedom * (replicates as f64 - 1.0)))
+        let freedom = self.freedom();
+        let below = replicates.max(2) as f64 - 1.0;
+        (freedom, quantile::fisher(confidence, freedom, freedom * below))
     }
+}
+
+/// Upper limit of the sum of what was seen, `variance` with the factor to be safe, and what was not, `unseen`.
+pub fn joined(variance: f64, factor: f64, unseen: f64) -> f64 {
+    variance + (variance * (factor - 1.0)).hypot(unseen)
+}
+
+/// tr(S)/R and the estimate of tr(C^2)/R^2 from the means of R sets of samples, channels weighted.
+fn moments(means: &[[f64; 3]], weight: [f64; 3]) -> (f64, f64) {
+    let r = means.len() as f64;
+    let mean: [f64; 3] = std::array::from_fn(|c| means.iter().map(|m| m[c]).sum::<f64>() / r);
+    let mut covariance = [[0.0; 3]; 3];
+    let mut quartic = 0.0;
+    for m in means {
+        let x: [f64; 3] = std::array::from_fn(|c| (m[c] - mean[c]) * weight[c]);
+        for i in 0..3 {
+            for j in 0..3 {
+                covariance[i][j] += x[i] * x[j] / (r - 1.0);
+            }
+        }
+        quartic += (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).powi(2) / (r - 1.0);
+    }
+    let trace = covariance[0][0] + covariance[1][1] + covariance[2][2];
+    let traced_square: f64 = covariance.iter().flatten().map(|c| c * c).sum();
+    let fourth = if means.len() < 4 {
+        // Too few sets to tell tr(C^2) from the noise in S: its upper bound.
+        trace * trace
+    } else {
+        (r - 1.0) / (r * (r - 2.0) * (r - 3.0))
+            * ((r - 1.0) * (r - 2.0) * traced_square + trace * trace - r * quartic)
+    };
+    (trace / r, fourth / (r * r))
 }
 
 impl std::iter::Sum for Noise {
     fn sum<I: Iterator<Item = Noise>>(all: I) -> Noise {
         all.fold(Noise::default(), Noise::plus)
     }
-}
-
-/// Greatest sum of squared errors, over all pixels, from what no sample met, where every pixel has at least
-/// `samples`.
-///
-/// Let a_p be the share of pixel p that differs from what its samples saw. All miss it with probability
-/// `prod (1 - a_p)^n` (stratified points: no more, by the inequality of the means; scrambled nets: assumed), so
-/// with risk alpha the sum of u_p = -ln(1 - a_p) is at most U = -ln(alpha)/n. The pixel's error is at most
-/// a_p = 1 - e^-u_p. The sum of f(u_p) = (1 - e^-u_p)^2 is largest in one pixel while f(u)/u
-/// rises, that is up to u = 1.2564 (root of 2u = e^u - 1), and at most U f(1.2564)/1.2564 beyond.
-pub fn unseen_squares(samples: u32, confidence: f64) -> f64 {
-    let total = -(-confidence).ln_1p() / f64::from(samples);
-    let square = |u: f64| (-u).exp_m1().powi(2);
-    const PEAK: f64 = 1.256_431_208_626_17;
-    if total <= PEAK { square(total) } else { total * square(PEAK) / PEAK }
 }
 
 #[cfg(test)]

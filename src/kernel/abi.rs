@@ -437,6 +437,10 @@ device {
         batch_samples: uint,
         /// Samples per pixel in all.
         samples: uint,
+        /// First sample of the range that the film sums.
+        range_first: uint,
+        /// Samples per pixel in that range.
+        range_samples: uint,
         /// Seed of the sampler.
         seed: uint,
         /// Depth of the rays in `rays`, from 1.
@@ -525,6 +529,8 @@ constants! {
     TEXELS_AT = 40;
     /// Numbers per item of `self_test`.
     SELF_TEST_ROW = 11;
+    /// Parts of the samples of a survey without replicates (src/accuracy/sampling.rs).
+    PARTS = 4;
     /// Length of `counters`.
     COUNTERS = 6;
     /// `Path::cut` of a throughput of 1. The throughputs that a sample loses sum to 1 at most, for a
@@ -549,6 +555,10 @@ macro_rules! specialisation {
             /// Ids and values.
             pub fn values(&self) -> Vec<(u32, u32)> {
                 (0..).zip([$(self.$name,)*]).collect()
+            }
+            /// Running sums of one pixel in `film`.
+            pub fn film_sums(&self) -> u32 {
+                self.replicates * self.parts
             }
         }
         impl Default for Specialisation {
@@ -589,6 +599,8 @@ specialisation! {
     /// Independently scrambled sequences that a pixel's samples are dealt to, at least 1; `film` keeps
     /// their sums apart.
     replicates: 1;
+    /// Consecutive parts of a pixel's samples whose sums `film` keeps apart; 1 with several replicates.
+    parts: 1;
     /// 1: trace listed pixels and record what their paths do.
     survey: 0;
     /// 1: what a ray looks up is read through texel views of the buffers; 0: as storage buffers.
@@ -675,7 +687,7 @@ buffers! {
     sample_radiance / SampleRadiance: "vec3";
     /// What the path tree of each sample of the batch did; of surveys only.
     paths / Paths: "Path";
-    /// Running sum of each pixel of the tile, `replicates` of them a pixel.
+    /// Running sums of each pixel of the tile, `replicates` * `parts` a pixel.
     film / Film: "Film";
     /// What the samples of each pixel of the tile did; of surveys only.
     marks / Marks: "Mark";

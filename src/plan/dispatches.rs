@@ -40,6 +40,8 @@ pub struct Batch {
     pub first_sample: u32,
     /// Samples of every pixel.
     pub samples: u32,
+    /// The range of samples that the film sums: its first, and their number.
+    pub range: (u32, u32),
     /// Depth of the last passes.
     pub last_depth: u32,
 }
@@ -60,6 +62,8 @@ impl Batch {
             first_sample: self.first_sample,
             batch_samples: self.samples,
             samples: settings.samples,
+            range_first: self.range.0,
+            range_samples: self.range.1,
             seed: settings.seed,
             depth: 0,
             last_depth: self.last_depth,

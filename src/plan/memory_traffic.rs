@@ -76,7 +76,7 @@ fn element(buffer: Buf, plan: &Plan, precision: Precision) -> u64 {
     let bytes = element_bytes(BUFFERS[buffer as usize].1, precision);
     match buffer {
         Buf::Media | Buf::NextMedia => bytes * u64::from(plan.specialisation.media_capacity),
-        Buf::Film => bytes * u64::from(plan.specialisation.replicates),
+        Buf::Film => bytes * u64::from(plan.specialisation.film_sums()),
         _ => bytes,
     }
 }

@@ -146,7 +146,7 @@ impl Frame {
         for buffer in [Buf::Film, Buf::Pixels, Buf::Marks, Buf::DepthCounts, Buf::Counters] {
             self.recorder.fill(&self.buffers, buffer, 0);
         }
-        self.batch(&Part::from(&tile), 0, 1, self.settings.depth.min(2))?;
+        self.batch(&Part::from(&tile), 0..1, 0..1, self.settings.depth.min(2))?;
         self.recorder.submit(&self.buffers)?;
         Ok(())
     }
@@ -173,8 +173,8 @@ impl Frame {
             match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
                 End::Done(samples, tally) => {
                     let (film, _) = self.film(tile.pixels())?;
-                    let replicates = self.plan.specialisation.replicates as usize;
-                    for (pixel, at) in film.chunks(replicates).zip(tile.offsets(region)) {
+                    let sums = self.plan.specialisation.film_sums() as usize;
+                    for (pixel, at) in film.chunks(sums).zip(tile.offsets(region)) {
                         drawn.linear[at] = mean(pixel, samples);
                     }
                     done += u64::from(tile.pixels()) * u64::from(samples);
@@ -239,7 +239,7 @@ impl Frame {
             {
                 let batch = self.batch_samples.min(samples.end - first);
                 let before = self.recorder.dispatches();
-                self.batch(part, first, batch, self.settings.depth)?;
+                self.batch(part, first..first + batch, samples.clone(), self.settings.depth)?;
                 per_batch = self.recorder.dispatches() - before;
                 first += batch;
                 tally.batches += 1;
@@ -300,11 +300,19 @@ impl Frame {
         false
     }
 
-    /// Records the dispatches for `samples` samples of every pixel of `part`.
-    fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) -> Result<(), VkError> {
+    /// Records the dispatches for `samples` of every pixel of `part`, some of the `range` that the film sums.
+    fn batch(
+        &mut self,
+        part: &Part,
+        samples: Range<u32>,
+        range: Range<u32>,
+        depth: u32,
+    ) -> Result<(), VkError> {
         let Part { x, y, width, pixels } = *part;
+        let (first_sample, samples) = (samples.start, samples.end - samples.start);
+        let range = (range.start, range.end - range.start);
         let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
-        let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
+        let batch = Batch { x, y, width, pixels, first_sample, samples, range, last_depth };
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;
         for step in dispatches(&self.plan, last_depth) {
@@ -320,11 +328,11 @@ impl Frame {
         Ok(())
     }
 
-    /// Running sums of the first `pixels` pixels, each with all its replicates, and, of a survey, their
+    /// Running sums of the first `pixels` pixels, each with all its sets of samples, and, of a survey, their
     /// marks.
     pub(super) fn film(&mut self, pixels: u32) -> Result<(Vec<Film>, Vec<Mark>), RenderError> {
         let spec = &self.plan.specialisation;
-        let sums = u64::from(pixels) * u64::from(spec.replicates) * size_of::<Film>() as u64;
+        let sums = u64::from(pixels) * u64::from(spec.film_sums()) * size_of::<Film>() as u64;
         let marks = u64::from(pixels) * u64::from(spec.survey) * size_of::<Mark>() as u64;
         self.recorder.begin()?;
         self.recorder.download(&self.buffers, Buf::Film, sums, 0);
@@ -359,14 +367,13 @@ pub(super) enum End {
     Overflow,
 }
 
-/// The sum of one replicate in f64.
+/// The sum of one set of samples in f64.
 pub(super) fn sum(film: &Film) -> [f64; 3] {
     std::array::from_fn(|c| f64::from(film.sum[c]) + f64::from(film.compensation[c]))
 }
 
-/// Mean of a pixel's `samples` samples over all its replicates; added in f64, rounded once.
-pub(crate) fn mean(replicates: &[Film], samples: u32) -> [f32; 3] {
-    let sums = replicates.iter().map(sum);
-    let total = sums.reduce(|a, b| std::array::from_fn(|c| a[c] + b[c])).unwrap_or_default();
+/// Mean of a pixel's `samples` samples over all its sets; added in f64, rounded once.
+pub(crate) fn mean(sets: &[Film], samples: u32) -> [f32; 3] {
+    let total = sets.iter().map(sum).reduce(|a, b| std::array::from_fn(|c| a[c] + b[c])).unwrap_or_default();
     total.map(|channel| (channel / f64::from(samples.max(1))) as f32)
 }

@@ -7,7 +7,7 @@ use super::tally::Tally;
 use super::{Mismatch, Observer, Payload, Prepared, RenderError, Renderer, ResumeState};
 use crate::kernel::abi;
 use crate::plan::Purpose;
-use crate::render::samples::{Mark, Traced};
+use crate::render::samples::{Mark, Traced, sets};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -69,7 +69,7 @@ impl Survey {
 
     /// Replicates of every pixel.
     pub fn replicates(&self) -> usize {
-        self.settings.replicates as usize
+        self.settings.replicates.max(1) as usize
     }
 
     /// Arithmetic of its kernels.
@@ -149,10 +149,10 @@ impl Survey {
         samples: Range<u32>,
         observer: &mut dyn Observer,
     ) -> Result<Traced, RenderError> {
-        let replicates = self.settings.replicates as usize;
+        let replicates = self.replicates();
         let mut traced = Traced {
             replicates,
-            sums: Vec::with_capacity(pixels.len() * replicates),
+            sums: Vec::with_capacity(pixels.len() * sets(replicates)),
             marks: Vec::with_capacity(pixels.len()),
         };
         let each = u64::from(samples.end - samples.start);

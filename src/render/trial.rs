@@ -98,8 +98,8 @@ impl<'a> Trial<'a> {
             times.push((device, traced.samples));
             tally.add(&traced);
             let (film, _) = self.prepared.frame.film(band.pixels())?;
-            let replicates = self.prepared.frame.plan.specialisation.replicates as usize;
-            linear.extend(film.chunks(replicates).map(|pixel| mean(pixel, self.samples)));
+            let sets = self.prepared.frame.plan.specialisation.film_sums() as usize;
+            linear.extend(film.chunks(sets).map(|pixel| mean(pixel, self.samples)));
             kept.push(band);
         }
         (self.bands, self.begun) = (kept, true);

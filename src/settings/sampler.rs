@@ -59,7 +59,8 @@ impl std::str::FromStr for Sampler {
 }
 
 /// The four-dimensional PCG hash of Jarzynski and Olano, "Hash Functions for GPU Rendering",
-/// JCGT 9(3), 2020, listing `pcg4d`.
+/// JCGT 9(3), 2020, listing `pcg4d`, with one more xorshift at the end: a product's low bits are poor
+/// (its lowest is 1 with probability 1/4), and scrambling takes the top bit of a coordinate from them.
 pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let mut v = v.map(|c| c.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     let mix = |v: &mut [u32; 4]| {
@@ -71,7 +72,7 @@ pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     mix(&mut v);
     v = v.map(|c| c ^ (c >> 16));
     mix(&mut v);
-    v
+    v.map(|c| c ^ (c >> 16))
 }
 
 /// Nested uniform scrambling of a number whose bits are reversed: bit i of the result is bit i of `v`

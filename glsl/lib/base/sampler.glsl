@@ -1,6 +1,6 @@
 // Twin of src/settings/sampler.rs, bit for bit; there are the sources.
 
-// pcg4d, Jarzynski and Olano, JCGT 9(3), 2020.
+// pcg4d, Jarzynski and Olano, JCGT 9(3), 2020, and one more xorshift.
 uvec4 pcg4d(uvec4 v) {
     v = v * 1664525u + 1013904223u;
     v.x += v.y * v.w;
@@ -12,7 +12,7 @@ uvec4 pcg4d(uvec4 v) {
     v.y += v.z * v.x;
     v.z += v.x * v.y;
     v.w += v.y * v.z;
-    return v;
+    return v ^ (v >> 16u);
 }
 
 // Nested uniform scrambling of a number whose bits are reversed.

@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     /// Constants that do not depend on the scene.
-    const SILENT: [&str; 4] = ["workgroup", "loop_cap", "sampler_kind", "replicates"];
+    const SILENT: [&str; 5] = ["workgroup", "loop_cap", "sampler_kind", "replicates", "parts"];
 
     #[test]
     fn no_constant_is_forgotten() {

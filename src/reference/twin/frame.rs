@@ -45,7 +45,7 @@ pub fn render(
             sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         });
         counts.counters.iter_mut().zip(tally.counters).for_each(|(sum, more)| *sum += more);
-        let pixels = memory.film.chunks(plan.specialisation.replicates as usize);
+        let pixels = memory.film.chunks(plan.specialisation.film_sums() as usize);
         for (films, at) in pixels.zip(tile.offsets([x0, y0, x1, y1])) {
             let films: Vec<ImageFilm> =
                 films.iter().map(|&Film { sum, compensation }| ImageFilm { sum, compensation }).collect();
@@ -92,7 +92,8 @@ fn batch(
 ) {
     let (Tile { x, y, width, .. }, pixels) = (*tile, tile.pixels());
     let last_depth = plan.reach.last_depth(settings.depth, settings.cutoff);
-    let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
+    let range = (0, settings.samples);
+    let batch = Batch { x, y, width, pixels, first_sample, samples, range, last_depth };
     let push = batch.push(plan, settings);
     memory.queue[0] = batch.first_queue(plan);
     let mut depth = 1;

@@ -4,6 +4,7 @@ use super::lib::numeric::neumaier;
 use super::real::Vec3;
 use super::structs::{Film, Mark, Path, Push};
 use crate::kernel::abi::Specialisation;
+use std::ops::Range;
 
 /// Adds the batch's samples to their pixels.
 pub fn resolve(
@@ -14,16 +15,27 @@ pub fn resolve(
     film: &mut [Film],
     marks: &mut [Mark],
 ) {
-    let (pixels, replicates) = (push.tile_pixels as usize, spec.replicates as usize);
-    let turn = push.first_sample as usize % replicates;
+    let pixels = push.tile_pixels as usize;
+    let (replicates, parts) = (spec.replicates as usize, spec.parts as usize);
+    let batch = push.batch_samples as usize;
     for pixel in 0..pixels {
-        for r in 0..replicates {
-            let entry = &mut film[pixel * replicates + r];
+        let mut add = |sets: usize, set: usize, samples: Range<usize>, step: usize| {
+            let entry = &mut film[pixel * sets + set];
             let (mut sum, mut compensation) = (Vec3::from(entry.sum), Vec3::from(entry.compensation));
-            for k in ((r + replicates - turn) % replicates..push.batch_samples as usize).step_by(replicates) {
+            for k in samples.step_by(step) {
                 neumaier(&mut sum, &mut compensation, sample_radiance[k * pixels + pixel].into());
             }
             *entry = Film { sum: sum.into(), compensation: compensation.into() };
+        };
+        if parts == 1 {
+            let turn = push.first_sample as usize % replicates;
+            for r in 0..replicates {
+                add(replicates, r, (r + replicates - turn) % replicates..batch, replicates);
+            }
+        } else {
+            for p in 0..parts {
+                add(parts, p, place_in_batch(spec, push, p)..place_in_batch(spec, push, p + 1), 1);
+            }
         }
         if spec.survey == 0 {
             continue;
@@ -39,4 +51,10 @@ pub fn resolve(
             m.cut_high += u32::from(m.cut_low < p.cut);
         }
     }
+}
+
+/// Where part `p` of the range begins, as a sample of this batch.
+fn place_in_batch(spec: &Specialisation, push: &Push, p: usize) -> usize {
+    let begin = push.range_first + (p as u32 * push.range_samples).div_ceil(spec.parts);
+    begin.saturating_sub(push.first_sample).min(push.batch_samples) as usize
 }
