@@ -1,6 +1,7 @@
 //! What fits a device, and what would where a scene does not.
 
-use super::{Limits, Plan, PlanError, Shortage, TEXEL_BYTES, may_read_texels};
+use super::limits::may_read_texels;
+use super::{Limits, Plan, PlanError, Shortage, TEXEL_BYTES};
 use crate::kernel::abi::{BUFFERS, Buf};
 use crate::kernel::table::KERNELS;
 use crate::prepare::Packed;

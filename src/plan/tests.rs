@@ -1,8 +1,11 @@
 use super::*;
-use crate::kernel::abi::double;
+use crate::kernel::abi::{self, Buf, double};
+use crate::kernel::table::KERNELS;
+use crate::prepare::bvh::Forms;
 use crate::prepare::{pack, pack_forms};
 use crate::scene::procedural::shapes::{cuboid, empty, glass};
 use crate::scene::{Fresnel, Scene};
+use crate::settings::forced_features::Feature;
 use bytemuck::zeroed_vec;
 use glam::DVec3;
 
