@@ -16,6 +16,8 @@ pub mod memory;
 pub mod place;
 #[path = "resolve.rs"]
 pub mod resolve;
+#[path = "run.rs"]
+mod run;
 #[path = "scan.rs"]
 pub mod scan;
 #[path = "shade.rs"]
