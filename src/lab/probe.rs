@@ -243,8 +243,8 @@ impl Probe {
         let mut settings =
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none; what is between the stages is read.
-        settings.schedule.general =
-            settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
+        settings.schedule.forced_features =
+            settings.schedule.forced_features.with(Feature::Secondary).with(Feature::SplitKernels);
         Probe(PlannedScene::for_twins(recipe, scene, &settings, limits, forced))
     }
 

@@ -15,7 +15,7 @@ const BRUTE_FORCE_MAX_JOINED: usize = 12;
 
 /// Greatest number of primitives that are all tested (`pack`). `forced`: always or never, whatever the scene.
 pub fn brute_force_max(forced: Option<bool>, settings: &Settings, limits: &Limits) -> usize {
-    let on = |f: Feature| settings.schedule.general.has(f);
+    let on = |f: Feature| settings.schedule.forced_features.has(f);
     match forced {
         Some(true) => usize::MAX,
         Some(false) => 0,

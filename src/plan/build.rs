@@ -100,7 +100,7 @@ impl Plan {
             && binds_all(limits)
             && self.specialisation.light_count <= LIGHTS_PER_PASS
             && settings.schedule.fused.unwrap_or(many)
-            && !settings.schedule.general.has(Feature::SplitKernels)
+            && !settings.schedule.forced_features.has(Feature::SplitKernels)
     }
 
     /// Halves the batch until every queue fits a binding and all of them the heap. Gives the samples of the batch
@@ -172,7 +172,7 @@ impl Plan {
 /// The specialisation before it is known how rays go through a depth. `loop_cap`: of one light's traversal.
 fn specialisation(input: Input, loop_cap: u32) -> Specialisation {
     let Input { packed, settings, limits, survey } = input;
-    let forced = settings.schedule.general;
+    let forced = settings.schedule.forced_features;
     Specialisation {
         workgroup: workgroup(settings, limits),
         triangle_count: packed.triangles.len() as u32,

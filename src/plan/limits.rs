@@ -48,7 +48,7 @@ impl Limits {
     /// itself is the cost, and the rays of eight pixels meet much the same nodes: they traverse together. A GPU's
     /// lanes load side by side, and 32 or 64 rays have less in common.
     pub fn forms(&self, settings: &Settings) -> Forms {
-        let lone = settings.schedule.general.has(Feature::LoneRays);
+        let lone = settings.schedule.forced_features.has(Feature::LoneRays);
         if lone || !may_join(settings, self) {
             Forms::Nodes
         } else if TEXEL_BYTES * u64::from(self.texel_elements) >= self.storage_range {
@@ -111,5 +111,5 @@ pub(super) fn may_join(settings: &Settings, limits: &Limits) -> bool {
 pub(super) fn may_read_texels(settings: &Settings, limits: &Limits) -> bool {
     limits.is_cpu
         && settings.precision != Precision::Double
-        && !settings.schedule.general.has(Feature::Storage)
+        && !settings.schedule.forced_features.has(Feature::Storage)
 }

@@ -109,7 +109,7 @@ pub(crate) fn pack_by(
     forms: Forms,
 ) -> Packed {
     let precision = settings.precision;
-    let on = |f: Feature| settings.schedule.general.has(f);
+    let on = |f: Feature| settings.schedule.forced_features.has(f);
     let Recipe { frame, eye, padding, degenerate_normal, single_radii } = recipe;
     let round = Rounding { precision, padding };
     let mut solids = Vec::new();
