@@ -157,7 +157,7 @@ fn a_cutoff_ends_the_passes_and_changes_no_bit() {
     let last = |s: &Settings| {
         Plan::new(&pack_for(&scene, s, &Limits::LAVAPIPE), s, &Limits::LAVAPIPE).unwrap().last_depth
     };
-    assert_eq!((pack_for(&scene, &settings, &Limits::LAVAPIPE).reach.weight, last(&settings)), (0.85, 5));
+    assert_eq!((pack_for(&scene, &settings, &Limits::LAVAPIPE).max_depth.weight, last(&settings)), (0.85, 5));
     let own = by_twins(&scene, &settings);
     let general = by_twins(&scene, &with(&settings, ForcedFeatures::default().with(Feature::Secondary)));
     assert_eq!(differing(&own, &general), 0);

@@ -74,8 +74,8 @@ impl Plan {
             tile_pixels: 0,
             batch_samples: 0,
             lights_per_pass,
-            reach: packed.reach,
-            last_depth: packed.reach.last_depth(settings.depth, cutoff),
+            max_depth: packed.max_depth,
+            last_depth: packed.max_depth.last_depth(settings.depth, cutoff),
             buffer_bytes: Vec::new(),
             features: packed.features(),
         })

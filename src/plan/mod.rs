@@ -43,8 +43,8 @@ pub struct Plan {
     pub batch_samples: u32,
     /// Lights per `shadow` pass.
     pub lights_per_pass: u32,
-    /// How deep light can travel.
-    pub reach: MaxDepth,
+    /// Greatest depth of the scene's rays.
+    pub max_depth: MaxDepth,
     /// Depth of the last passes, as far as is known before cutoffs change.
     pub last_depth: u32,
     /// Bytes of each buffer, in binding order.

@@ -77,12 +77,12 @@ pub struct Packed {
     pub eye_media: Vec<u32>,
     /// Solids the eye is in beyond those.
     pub eye_media_dropped: u64,
-    /// Up to how many primitives every one would be tested.
+    /// Greatest number of primitives that would all be tested.
     pub brute_force_max: usize,
     /// What the scene has, stand-ins apart.
-    pub found: SceneFeatures,
-    /// How deep its light can travel.
-    pub reach: MaxDepth,
+    pub scene_features: SceneFeatures,
+    /// Greatest depth of its rays.
+    pub max_depth: MaxDepth,
     /// Some hit spawns two rays, or that is switched on.
     pub branching: bool,
     /// Triangles without area, dropped.
@@ -123,7 +123,7 @@ pub(crate) fn pack_by(
     exact &= same;
     let sphere_bounds = |s: &double::Sphere| spheres::bounds(s, round);
 
-    let mut found = SceneFeatures {
+    let mut features = SceneFeatures {
         triangles: count as u64,
         spheres: spheres.len() as u64,
         extended_spheres: extended_spheres.len() as u64,
@@ -189,8 +189,8 @@ pub(crate) fn pack_by(
     let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
     let branching = used().any(branches);
     let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
-    found = SceneFeatures { mirrors, solids_at_once: at_once, branching, ..found };
-    let reach = match on(Feature::Secondary) {
+    features = SceneFeatures { mirrors, solids_at_once: at_once, branching, ..features };
+    let max_depth = match on(Feature::Secondary) {
         true => MaxDepth::unlimited(branching),
         false => MaxDepth::new(used(), at_once > 1, branching),
     };
@@ -214,8 +214,8 @@ pub(crate) fn pack_by(
         eye_media,
         eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
         brute_force_max,
-        found,
-        reach,
+        scene_features: features,
+        max_depth,
         branching: branching || on(Feature::Branching),
         degenerate_triangles: degenerate,
     }
@@ -307,16 +307,16 @@ impl Packed {
     /// What the scene requires, in plain words.
     pub fn features(&self) -> Vec<&'static str> {
         [
-            ("triangles", self.found.triangles > 0),
-            ("smooth normals", self.found.smooth_normals),
-            ("spheres", self.found.spheres > 0),
-            ("spheres beyond single precision", self.found.extended_spheres > 0),
+            ("triangles", self.scene_features.triangles > 0),
+            ("smooth normals", self.scene_features.smooth_normals),
+            ("spheres", self.scene_features.spheres > 0),
+            ("spheres beyond single precision", self.scene_features.extended_spheres > 0),
             ("bvh", self.bvh_depth > 0),
-            ("lights", self.found.lights > 0),
-            ("mirror", self.found.mirrors),
-            ("refraction", self.found.solids_at_once > 0),
-            ("nested media", self.found.solids_at_once > 1),
-            ("branching", self.found.branching),
+            ("lights", self.scene_features.lights > 0),
+            ("mirror", self.scene_features.mirrors),
+            ("refraction", self.scene_features.solids_at_once > 0),
+            ("nested media", self.scene_features.solids_at_once > 1),
+            ("branching", self.scene_features.branching),
         ]
         .into_iter()
         .filter_map(|(name, there)| there.then_some(name))

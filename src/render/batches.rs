@@ -303,7 +303,7 @@ impl Frame {
     /// Records the dispatches for `samples` samples of every pixel of `part`.
     fn batch(&mut self, part: &Part, first_sample: u32, samples: u32, depth: u32) -> Result<(), VkError> {
         let Part { x, y, width, pixels } = *part;
-        let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
+        let last_depth = self.plan.max_depth.last_depth(depth, self.settings.cutoff);
         let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;

@@ -75,9 +75,9 @@ impl Tally {
         let mut report = Report {
             scene: SceneInfo {
                 file: String::new(),
-                triangles: packed.found.triangles,
-                spheres: packed.found.spheres,
-                lights: packed.found.lights,
+                triangles: packed.scene_features.triangles,
+                spheres: packed.scene_features.spheres,
+                lights: packed.scene_features.lights,
                 local_frame: LocalFrameInfo {
                     center: packed.frame.center.to_array(),
                     scale_log2: packed.frame.scale_log2,

@@ -91,7 +91,7 @@ fn batch(
     samples: u32,
 ) {
     let (Tile { x, y, width, .. }, pixels) = (*tile, tile.pixels());
-    let last_depth = plan.reach.last_depth(settings.depth, settings.cutoff);
+    let last_depth = plan.max_depth.last_depth(settings.depth, settings.cutoff);
     let batch = Batch { x, y, width, pixels, first_sample, samples, last_depth };
     let push = batch.push(plan, settings);
     memory.queue[0] = batch.first_queue(plan);
