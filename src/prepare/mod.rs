@@ -42,7 +42,7 @@ const LIGHT_FAR: f64 = 1_099_511_627_776.0;
 #[derive(Debug, Clone)]
 pub struct Packed {
     /// Local frame of all positions.
-    pub frame: LocalFrame,
+    pub local_frame: LocalFrame,
     /// Triangles in leaf order.
     pub triangles: Vec<double::Triangle>,
     /// Parallel to `triangles`.
@@ -110,14 +110,14 @@ pub(crate) fn pack_by(
 ) -> Packed {
     let precision = settings.precision;
     let on = |f: Feature| settings.schedule.forced_features.has(f);
-    let Recipe { frame, eye, padding, degenerate_normal, single_radii } = recipe;
+    let Recipe { local_frame, eye, padding, degenerate_normal, single_radii } = recipe;
     let round = Rounding { precision, padding };
     let mut solids = Vec::new();
-    let triangles = Triangles::new(scene, &frame, round, degenerate_normal, eye, &mut solids);
+    let triangles = Triangles::new(scene, &local_frame, round, degenerate_normal, eye, &mut solids);
     let Kept { mut prims, degenerate, mut exact } = triangles.kept();
     let (count, flat_count) = (prims.len(), triangles.len() as u32);
 
-    let made = Spheres::new(scene, &frame, round, eye, &single_radii, flat_count, &mut solids);
+    let made = Spheres::new(scene, &local_frame, round, eye, &single_radii, flat_count, &mut solids);
     let Spheres { shapes: mut spheres, extended: extended_spheres, prims: sphere_prims, exact: same } = made;
     prims.extend(sphere_prims);
     exact &= same;
@@ -195,7 +195,7 @@ pub(crate) fn pack_by(
         false => MaxDepth::new(used(), at_once > 1, branching),
     };
     Packed {
-        frame,
+        local_frame,
         triangles: packed_triangles,
         flat_normals,
         corner_normals,
@@ -207,7 +207,7 @@ pub(crate) fn pack_by(
         bvh_depth: bvh.depth,
         packet_stack: bvh.packet_stack,
         materials: scene.materials.iter().map(material).collect(),
-        lights: lights(scene, &frame, on(Feature::Lights)),
+        lights: lights(scene, &local_frame, on(Feature::Lights)),
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
@@ -277,7 +277,7 @@ impl Packed {
         let forward = (c.look_at - c.look_from).normalize();
         let right = forward.cross(c.up).normalize();
         let up = right.cross(forward);
-        let (eye, advance) = self.frame.eye(c, forward);
+        let (eye, advance) = self.local_frame.eye(c, forward);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();
@@ -294,7 +294,7 @@ impl Packed {
             background_b: background.z,
             origin_shift: match settings.origin {
                 Origin::Bound => 0.0,
-                Origin::Fixed(x) => self.frame.length(x) as f32,
+                Origin::Fixed(x) => self.local_frame.length(x) as f32,
             },
         }
     }

@@ -83,8 +83,8 @@ impl Part {
     }
 }
 
-/// Buffers, recorder, and the state of the plan as it meets the scene.
-pub(crate) struct Frame {
+/// The batches of a plan: its buffers and recorder, and the batch size that fits the scene.
+pub(crate) struct Batches {
     pub(crate) pipelines: Rc<Pipelines>,
     pub(crate) buffers: Buffers,
     pub(crate) recorder: Recorder,
@@ -100,7 +100,7 @@ pub(crate) struct Frame {
     pub(super) trace: Option<Vec<Submit>>,
 }
 
-impl Frame {
+impl Batches {
     pub(crate) fn new(
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
@@ -108,7 +108,7 @@ impl Frame {
         camera: abi::double::Camera,
         settings: &Settings,
         plan: &Plan,
-    ) -> Result<Frame, VkError> {
+    ) -> Result<Batches, VkError> {
         let film = plan.buffer_bytes[Buf::Film as usize] + plan.buffer_bytes[Buf::Marks as usize];
         let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
@@ -124,7 +124,7 @@ impl Frame {
                 upload.fill(from, out)
             })?;
         }
-        Ok(Frame {
+        Ok(Batches {
             pipelines,
             buffers,
             recorder,

@@ -2,7 +2,7 @@
 
 macro_rules! buffers {
     ($($(#[$meta:meta])* $name:ident / $variant:ident: $element:literal;)*) => {
-        /// A storage buffer of the frame; its number is its binding.
+        /// A storage buffer of the passes; its number is its binding.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u32)]
         pub enum Buf { $($(#[$meta])* $variant,)* }

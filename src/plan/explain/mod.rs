@@ -31,8 +31,8 @@ pub fn explain(
         scene_features: packed.scene_features,
         features: features(packed),
         local_frame: LocalFrameInfo {
-            center: packed.frame.center.to_array(),
-            scale_log2: packed.frame.scale_log2,
+            center: packed.local_frame.center.to_array(),
+            scale_log2: packed.local_frame.scale_log2,
         },
         max_depth: MaxDepthInfo {
             asked: settings.depth,

@@ -12,7 +12,7 @@ use crate::prepare::Packed;
 
 macro_rules! memory {
     ($($field:ident / $variant:ident: $element:ty;)*) => {
-        /// Every buffer of the frame, under its kernel name.
+        /// Every buffer of the passes, under its kernel name.
         #[derive(Debug, Clone)]
         pub struct Memory {
             $(

@@ -17,7 +17,7 @@ impl Memory {
             Kernel::Spawn => self.spawn(spec),
             Kernel::Shadow => self.shadow(spec, push),
             Kernel::Gather => self.gather(),
-            // No part of a frame: `crate::render::self_test` judges what it writes.
+            // No pass of a batch: `crate::render::self_test` judges what it writes.
             Kernel::Selftest => {}
             Kernel::Trace => self.trace(spec, push),
             Kernel::Place => self.place(spec),

@@ -1,4 +1,4 @@
-//! The frame on the CPU: the passes of a plan, tile by tile and batch by batch, as `render` records them.
+//! A render on the CPU: the passes of a plan, tile by tile and batch by batch, as `render` records them.
 
 use super::super::Counts;
 use super::memory::Memory;
