@@ -1,7 +1,7 @@
 //! What an interrupted `--error` or `--budget` leaves to the one that goes on with it.
 
-use super::rounding::Rounded;
-use super::truncation_choice::Cut;
+use super::rounding::RoundingEstimate;
+use super::truncation_choice::TruncationChoice;
 use super::{Request, Target};
 use crate::accuracy::allocate::Allocation;
 use crate::accuracy::pixel_sums::PixelSums;
@@ -21,12 +21,12 @@ pub(super) enum Stage {
 /// What `--error` chose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Chosen {
-    pub(super) cut: Cut,
+    pub(super) cut: TruncationChoice,
     /// No deeper cut is to be tried.
     pub(super) last: bool,
     /// In f64, though it was not asked for.
     pub(super) double: bool,
-    pub(super) rounded: Option<Rounded>,
+    pub(super) rounded: Option<RoundingEstimate>,
     pub(super) allocation: Allocation,
 }
 

@@ -10,9 +10,9 @@ use crate::settings::{Precision, Settings};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// What single precision does, as seen in some samples.
+/// Error of single precision, estimated from the samples of some pixels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Rounded {
+pub(super) struct RoundingEstimate {
     /// RMSE of pixels whose samples all went the same way: it does not average out.
     same_way: f64,
     /// Upper bound on the share of samples that go another way: that of a pixel of n samples changes it
@@ -20,11 +20,11 @@ pub(super) struct Rounded {
     other_way: f64,
     /// Mean square of that difference, as it is at edges.
     contrast: f64,
-    /// Pixels seen of which some sample did.
+    /// Pixels with a sample that went another way.
     pub(super) pixels: u64,
 }
 
-impl Rounded {
+impl RoundingEstimate {
     /// The rounding part of an image, as an RMSE.
     pub(super) fn part(&self, image: &PixelSums) -> f64 {
         let sampled = image.samples.iter().filter(|n| **n > 0);
@@ -74,9 +74,9 @@ impl Task<'_> {
         samples: u64,
         risk: f64,
         by: Option<Instant>,
-    ) -> Result<Option<Rounded>, RenderError> {
+    ) -> Result<Option<RoundingEstimate>, RenderError> {
         if survey.precision() == Precision::Double {
-            return Ok(Some(Rounded::default()));
+            return Ok(Some(RoundingEstimate::default()));
         }
         if !self.renderer.device().has_double() {
             return Ok(None);
@@ -104,7 +104,7 @@ impl Task<'_> {
         for at in (0..seen).filter(|at| budget::same_way(&a.marks[*at], &b.marks[*at])) {
             same += all.pixels[at].powi(2);
         }
-        Ok(Some(Rounded {
+        Ok(Some(RoundingEstimate {
             contrast: contrast(&b),
             same_way: (same / seen.max(1) as f64).sqrt(),
             other_way: poisson_limit(all.ways, risk) / (seen.max(1) as f64 * f64::from(REPLICATES)),

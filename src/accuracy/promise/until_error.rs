@@ -2,9 +2,9 @@
 
 use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Chosen, Stage, options};
-use super::rounding::Rounded;
+use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
-use super::truncation_choice::{self, Cut};
+use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::render::samples::Source;
@@ -131,7 +131,11 @@ impl Task<'_> {
     }
 
     /// The rounding part; in f64 where single precision takes too much of the error.
-    fn precision_for(&mut self, survey: &mut Survey, target: f64) -> Result<Option<Rounded>, RenderError> {
+    fn precision_for(
+        &mut self,
+        survey: &mut Survey,
+        target: f64,
+    ) -> Result<Option<RoundingEstimate>, RenderError> {
         let whole = u64::from(Region::of(&self.settings).pixels()) * u64::from(REPLICATES);
         // Edges of less than full contrast need less looking. Each look has its part of the risk.
         let looks = [16, 4, 1];
@@ -151,19 +155,24 @@ impl Task<'_> {
         if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             *survey = Survey::new(self.renderer, self.scene, &self.settings)?;
-            return Ok(Some(Rounded::default()));
+            return Ok(Some(RoundingEstimate::default()));
         }
         Ok(rounded)
     }
 
-    fn cut_for(&mut self, survey: &mut Survey, target: f64, after: u32) -> Result<Cut, RenderError> {
+    fn cut_for(
+        &mut self,
+        survey: &mut Survey,
+        target: f64,
+        after: u32,
+    ) -> Result<TruncationChoice, RenderError> {
         let region = Region::of(&self.settings);
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if self.request.keep_depth {
             let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
             let cut =
                 truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
-            return Ok(cut.unwrap_or(Cut::unseen(depth, cutoff)));
+            return Ok(cut.unwrap_or(TruncationChoice::unseen(depth, cutoff)));
         }
         truncation_choice::for_error(&mut tracing, &self.limit, target, after)
     }
@@ -209,7 +218,12 @@ impl Task<'_> {
         1.0 - (1.0 - self.request.confidence) * (1.0 - ROUNDING_RISK)
     }
 
-    fn why_not(&self, cut: &Cut, target: f64, rounded: Option<&Rounded>) -> Option<String> {
+    fn why_not(
+        &self,
+        cut: &TruncationChoice,
+        target: f64,
+        rounded: Option<&RoundingEstimate>,
+    ) -> Option<String> {
         let rounding = rounded.map_or(0.0, |r| r.part_at(f64::from(MOST_SAMPLES)));
         if cut.hidden >= target {
             let why = match &self.limit.unbounded {

@@ -6,7 +6,7 @@
 
 use super::bounded_image::{BoundedImage, Image};
 use super::traced::{Region, Tracing};
-use super::truncation_choice::{self, Cut};
+use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
@@ -116,20 +116,24 @@ impl Task<'_> {
     }
 
     /// Where to cut, from a few pixels, and the pace of the device in rays a second.
-    fn cut_in_time(&mut self, survey: &mut Survey, clock: &Clock) -> Result<(Cut, f64), RenderError> {
+    fn cut_in_time(
+        &mut self,
+        survey: &mut Survey,
+        clock: &Clock,
+    ) -> Result<(TruncationChoice, f64), RenderError> {
         let region = Region::of(&self.settings);
         let by = clock.share(PILOT_SHARE);
         let start = Instant::now();
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if !self.request.keep_depth {
             let found = truncation_choice::for_time(&mut tracing, &self.limit, || clock.left(), by)?;
-            return Ok(found.unwrap_or((Cut::unseen(LEAST_DEPTH, 0.0), 0.0)));
+            return Ok(found.unwrap_or((TruncationChoice::unseen(LEAST_DEPTH, 0.0), 0.0)));
         }
         let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
         tracing.survey.finish_by(Some(by));
         let found =
             truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
-        let Some(cut) = found else { return Ok((Cut::unseen(depth, cutoff), 0.0)) };
+        let Some(cut) = found else { return Ok((TruncationChoice::unseen(depth, cutoff), 0.0)) };
         let rays = cut.rays * f64::from(region.spread(truncation_choice::PIXELS).len() as u32 * REPLICATES);
         Ok((cut, rays / start.elapsed().as_secs_f64()))
     }
@@ -140,7 +144,7 @@ impl Task<'_> {
         survey: &mut Survey,
         clock: &Clock,
         samples_per_second: f64,
-    ) -> Result<Option<super::rounding::Rounded>, RenderError> {
+    ) -> Result<Option<super::rounding::RoundingEstimate>, RenderError> {
         let share = PILOT_SHARE * clock.left();
         let single = survey.precision() != Precision::Double;
         if single && 2.0 * survey.prepared().as_secs_f64() > share {
