@@ -1,6 +1,6 @@
-//! A plan is made in steps: the specialisation that follows from the scene, the largest batch that fits the
-//! device with the traversal it allows, the specialisation that follows from that traversal, and the schedule of
-//! the settings.
+//! A plan is made in steps: the specialisation that follows from the scene; the largest batch that fits the
+//! device, with the kernels for it; the specialisation that follows from those kernels; the schedule of the
+//! settings.
 
 use super::limits::{binds_all, may_read_texels, workgroup};
 use super::{Limits, Plan, PlanError, TEXEL_BYTES};
@@ -16,34 +16,34 @@ const CPU_BATCH: u32 = 1 << 17;
 /// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
 /// under a quarter of a small card's memory.
 const GPU_BATCH: u32 = 1 << 21;
-/// Lights that one `shadow` pass walks at most. All loops of an invocation share lavapipe's 65,535
+/// Greatest number of lights of one `shadow` pass. All loops of an invocation share lavapipe's 65,535
 /// iterations, so each light's traversal has LOOP_CAP / lights of them.
 const LIGHTS_PER_PASS: u32 = 8;
-/// Samples from which on the stages of a depth are one kernel on software devices: it starts later and saves a fifth
-/// of the time (docs/design/decisions/025-fused-depth.md).
+/// Least number of samples for which software devices run the stages of a depth as one kernel: it takes longer to
+/// compile and saves a fifth of the time (docs/design/decisions/025-fused-depth.md).
 const FUSED_SAMPLES: u64 = 1 << 21;
 
-/// What a plan is made for.
+/// Scene, settings and device that a plan is made for.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
     pub(super) packed: &'a Packed,
     pub(super) settings: &'a Settings,
     pub(super) limits: &'a Limits,
-    /// Listed pixels are traced, not an image.
+    /// True if listed pixels are traced instead of an image.
     pub(super) survey: bool,
 }
 
-/// How rays go through a depth.
+/// A choice between kernels for the stages of a depth.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Choice {
     /// One kernel for the stages that work on a ray alone.
     pub(super) fused: bool,
-    /// The lanes of a subgroup look for hits together.
+    /// The lanes of a subgroup search for hits together.
     pub(super) joined: bool,
 }
 
 impl Plan {
-    pub(super) fn build(input: Input) -> Result<Plan, PlanError> {
+    pub(super) fn build(input: Input<'_>) -> Result<Plan, PlanError> {
         let mut plan = Plan::without_sizes(input)?;
         let choices = plan.choices(input);
         let Some((batch, choice)) = plan.fit_batch(input, choices) else {
@@ -56,8 +56,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// What follows from scene and settings alone.
-    fn without_sizes(input: Input) -> Result<Plan, PlanError> {
+    /// The parts that follow from scene and settings alone.
+    fn without_sizes(input: Input<'_>) -> Result<Plan, PlanError> {
         let Input { packed, settings, survey, .. } = input;
         // A survey may be told to cut less than at first.
         let cutoff = if survey { 0.0 } else { settings.cutoff };
@@ -81,8 +81,8 @@ impl Plan {
         })
     }
 
-    /// How rays may go through a depth: what is wanted, then what else there is where texel views do not reach.
-    fn choices(&self, input: Input) -> [Choice; 3] {
+    /// The choices in order of preference. The later ones are for buffers that do not fit texel views.
+    fn choices(&self, input: Input<'_>) -> [Choice; 3] {
         let Input { packed, settings, limits, .. } = input;
         let few = packed.bvh_depth == 0 && packed.primitive_count() <= abi::UNROLL_MAX as usize;
         let joined = limits.forms(settings) != Forms::Nodes && (few || !packed.compressed_nodes.is_empty());
@@ -90,10 +90,10 @@ impl Plan {
         [Choice { fused, joined }, Choice { fused: false, joined }, Choice::default()]
     }
 
-    /// Whether one kernel may do the stages of a depth that work on a ray alone: what goes through queues between
-    /// kernels is stored and loaded lane by lane on a software device, which is dear; but one large kernel is
-    /// compiled on one core. A GPU keeps split kernels (docs/design/gpu.md).
-    fn may_fuse(&self, input: Input) -> bool {
+    /// True if one kernel may do the stages of a depth that work on a ray alone. A software device stores and loads
+    /// the queues between kernels lane by lane, which is slow; but it compiles one large kernel on one core. A GPU
+    /// keeps split kernels (docs/design/gpu.md).
+    fn may_fuse(&self, input: Input<'_>) -> bool {
         let Input { settings, limits, survey, .. } = input;
         let many = samples(settings, survey) >= FUSED_SAMPLES;
         limits.is_cpu
@@ -105,7 +105,7 @@ impl Plan {
 
     /// Halves the batch until every queue fits a binding and all of them the heap. Gives the samples of the batch
     /// and the first choice that has kernels, and sizes the plan for them; `None` if one sample does not fit.
-    fn fit_batch(&mut self, input: Input, choices: [Choice; 3]) -> Option<(u32, Choice)> {
+    fn fit_batch(&mut self, input: Input<'_>, choices: [Choice; 3]) -> Option<(u32, Choice)> {
         let wanted = if input.limits.is_cpu { CPU_BATCH } else { GPU_BATCH };
         let all = pixels(input.settings).saturating_mul(input.settings.samples.into());
         let mut batch = u64::from(wanted).min(all).max(1) as u32;
@@ -121,16 +121,16 @@ impl Plan {
         }
     }
 
-    /// Sizes everything for `choice`, and tells whether there are kernels for it.
-    fn can(&mut self, input: Input, batch: u32, choice: Choice) -> bool {
+    /// Sizes everything for `choice`; true if there are kernels for it.
+    fn can(&mut self, input: Input<'_>, batch: u32, choice: Choice) -> bool {
         self.size_for(input, batch, choice);
         self.specialisation.texels = u32::from(self.reads_texels(input.settings, input.limits));
         self.specialisation.fused = u32::from(choice.fused);
-        let made = choice.joined || self.specialisation.use_bvh == 0 || !input.packed.nodes.is_empty();
-        made && (!choice.joined || self.specialisation.texels != 0)
+        let has_nodes = choice.joined || self.specialisation.use_bvh == 0 || !input.packed.nodes.is_empty();
+        has_nodes && (!choice.joined || self.specialisation.texels != 0)
     }
 
-    /// Whether kernels read through texel views: they may, and the views reach all of every buffer.
+    /// True if kernels read through texel views: they may, and every buffer fits its view.
     fn reads_texels(&self, settings: &Settings, limits: &Limits) -> bool {
         let viewed = KERNELS.iter().fold(0, |bits, k| bits | k.texels);
         let fits = |(i, bytes): (usize, &u64)| {
@@ -139,20 +139,20 @@ impl Plan {
         may_read_texels(settings, limits) && self.buffer_bytes.iter().enumerate().all(fits)
     }
 
-    /// The specialisation that follows from how rays go through a depth.
-    fn specialise(&mut self, input: Input, choice: Choice) {
+    /// Sets the specialisation that follows from the choice of kernels.
+    fn specialise(&mut self, input: Input<'_>, choice: Choice) {
         if choice.joined {
             self.specialisation.lanes = input.limits.shuffle_lanes;
-            // In steps, so that scenes of about a size share their compiled kernels.
+            // In steps, so that scenes of similar size share their compiled kernels.
             self.specialisation.stack_size = (input.packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
         }
         if choice.fused {
-            // One invocation walks for its ray and for the shadow ray of each light.
+            // One invocation traverses the scene for its ray and for the shadow ray of each light.
             self.specialisation.loop_cap = abi::LOOP_CAP / (input.packed.lights.len() as u32 + 1);
         }
     }
 
-    /// Samples of a batch, and the lower sizes that a schedule asks for.
+    /// Sets the samples of a batch, and the lower sizes that a schedule asks for.
     fn schedule(&mut self, settings: &Settings, batch: u32) {
         if let Some(tile) = settings.schedule.tile_pixels {
             self.tile_pixels = self.tile_pixels.min(tile.max(1));
@@ -169,8 +169,8 @@ impl Plan {
     }
 }
 
-/// The specialisation before it is known how rays go through a depth. `loop_cap`: of one light's traversal.
-fn specialisation(input: Input, loop_cap: u32) -> Specialisation {
+/// The specialisation before kernels are chosen. `loop_cap`: iterations of one light's traversal, at most.
+fn specialisation(input: Input<'_>, loop_cap: u32) -> Specialisation {
     let Input { packed, settings, limits, survey } = input;
     let forced = settings.schedule.forced_features;
     Specialisation {
@@ -206,7 +206,7 @@ fn pixels(settings: &Settings) -> u64 {
     u64::from(x1 - x0) * u64::from(y1 - y0)
 }
 
-/// Samples of the picture. A survey does not say how many it will be asked for: as many as a picture takes.
+/// Samples of the image. The number for a survey is not known in advance; 16 a pixel are assumed.
 fn samples(settings: &Settings, survey: bool) -> u64 {
     pixels(settings).saturating_mul(if survey { 16 } else { settings.samples.into() })
 }

@@ -32,7 +32,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Those of lavapipe 22.3 with vectors of 8 lanes: plans without a device, as the twins take them, are made for it.
+    /// Limits of lavapipe 22.3 with vectors of 8 lanes, for plans without a device, as the twins take them.
     pub const LAVAPIPE: Limits = Limits {
         storage_range: 1 << 27,
         heap: 1 << 31,
@@ -60,19 +60,19 @@ impl Limits {
     }
 }
 
-/// What a device's properties switch for scenes of a usual size (docs/design/gpu.md).
+/// Choices that follow from a device's limits, for scenes of a usual size (docs/design/gpu.md).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Switched {
     /// Scene and queues are read as texels, not as storage buffers.
     pub texels: bool,
-    /// The rays of a subgroup walk the hierarchy together.
+    /// The rays of a subgroup traverse the hierarchy together.
     pub packets: bool,
     /// Renders of many samples take one kernel for the stages of a depth.
     pub fused: bool,
 }
 
 impl Switched {
-    /// By the limits of a device, in single precision.
+    /// Choices for a device, in single precision.
     pub fn of(limits: &Limits) -> Switched {
         let workgroup = DEFAULT_WORKGROUP.min(limits.workgroup_invocations);
         let packets = limits.is_cpu && is_full(workgroup, limits);
@@ -80,7 +80,7 @@ impl Switched {
     }
 }
 
-/// Whether one kernel can bind what the stages of a depth read and write.
+/// True if one kernel can bind all buffers that the stages of a depth read and write.
 pub(super) fn binds_all(limits: &Limits) -> bool {
     let code = Kernel::Trace.code();
     limits.storage_buffers >= (code.reads | code.writes).count_ones()
@@ -96,17 +96,17 @@ pub(super) fn workgroup(settings: &Settings, limits: &Limits) -> u32 {
         .min(abi::WORKGROUP_MAX)
 }
 
-/// Whether subgroups are full and of a size that the kernels' shuffles know.
+/// True if subgroups are full and of a size that the kernels' shuffles support.
 fn is_full(workgroup: u32, limits: &Limits) -> bool {
     matches!(limits.shuffle_lanes, 4 | 8) && workgroup.is_multiple_of(limits.shuffle_lanes)
 }
 
-/// Whether the lanes of a subgroup can work together on a scene that texel views reach all of.
+/// True if the lanes of a subgroup can work together on a scene that fits texel views.
 pub(super) fn may_join(settings: &Settings, limits: &Limits) -> bool {
     may_read_texels(settings, limits) && is_full(workgroup(settings, limits), limits)
 }
 
-/// Whether kernels read texels where views reach far enough. A software device gathers texels as one vector, and
+/// True if kernels read through texel views wherever a buffer fits its view. A software device gathers texels as one vector, and
 /// loads from storage buffers lane by lane; a GPU has nothing to gain. Views have no f64.
 pub(super) fn may_read_texels(settings: &Settings, limits: &Limits) -> bool {
     limits.is_cpu

@@ -1,5 +1,5 @@
-//! What this scene needs on this device, decided before anything is allocated: specialisation,
-//! queue capacity, tile and batch, bytes.
+//! The plan of a scene on a device, made before anything is allocated: specialisation, queue
+//! capacity, tile and batch, bytes.
 
 mod brute_force;
 mod build;
@@ -30,7 +30,7 @@ use crate::settings::Settings;
 use build::Input;
 use dispatches::dispatches;
 
-/// A plan.
+/// A plan: kernel variant and sizes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Kernel variant.
@@ -45,11 +45,11 @@ pub struct Plan {
     pub lights_per_pass: u32,
     /// Greatest depth of the scene's rays.
     pub max_depth: MaxDepth,
-    /// Depth of the last passes, as far as is known before cutoffs change.
+    /// Depth of the last passes; of a survey, without cutoff.
     pub last_depth: u32,
     /// Bytes of each buffer, in binding order.
     pub buffer_bytes: Vec<u64>,
-    /// What the scene requires, in plain words.
+    /// Names of the features that the scene uses.
     pub features: Vec<&'static str>,
 }
 
@@ -62,7 +62,7 @@ impl Plan {
         Plan::build(Input { packed, settings, limits, survey: false })
     }
 
-    /// Whether the rays of a subgroup walk the hierarchy together, over compressed nodes.
+    /// True if the rays of a subgroup traverse the hierarchy together, over compressed nodes.
     pub fn walks_in_packets(&self) -> bool {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
     }
@@ -73,7 +73,7 @@ impl Plan {
         passes::all().map(|p| p.kernel).filter(|k| runs.contains(k)).collect()
     }
 
-    /// Device bytes in all.
+    /// Sum of the buffers' bytes.
     pub fn bytes(&self) -> u64 {
         self.buffer_bytes.iter().sum()
     }

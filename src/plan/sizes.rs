@@ -8,18 +8,18 @@ use crate::settings::Precision;
 /// Queue entries per sample of a batch where rays branch. Not a bound: a fuller queue is detected
 /// before it is written, and the tile is traced again in smaller batches.
 const BRANCHING_ROOM: u32 = 4;
-/// Queue entries at least where rays branch: as many rays of one sample as `gather` can add up
+/// Least number of queue entries where rays branch: the rays of one sample that `gather` can add up
 /// (LOOP_CAP), rounded up.
 const BRANCHING_LEAST: u32 = 1 << 16;
 
-/// Numbers that the lengths of several buffers follow from.
+/// Numbers that determine the lengths of several buffers.
 struct Lengths {
     choice: Choice,
     /// Rays that fit a queue.
     capacity: u64,
-    /// Places of a queue's rays.
+    /// Places for rays in `rays` and `next_rays`.
     places: u64,
-    /// Workgroups of a full queue, and one.
+    /// Workgroups of a full queue, plus one.
     groups: u64,
     /// Child masks of a workgroup.
     masks: u64,
@@ -31,10 +31,10 @@ struct Lengths {
 
 impl Plan {
     /// Sizes queues, tile and buffers for batches of `batch` samples.
-    pub(super) fn size_for(&mut self, input: Input, batch: u32, choice: Choice) {
+    pub(super) fn size_for(&mut self, input: Input<'_>, batch: u32, choice: Choice) {
         let [x0, y0, x1, y1] = input.settings.region();
         self.capacity = self.capacity_for(input, batch);
-        // Whole rows where a row fits.
+        // Whole rows if a row fits.
         let width = x1 - x0;
         let rows = (batch / width).clamp(1, y1 - y0);
         self.tile_pixels = (rows * width).min(batch);
@@ -42,7 +42,7 @@ impl Plan {
         self.buffer_bytes = abi::BUFFERS
             .iter()
             .map(|(_, element, buffer)| {
-                // Vulkan knows no empty buffer.
+                // Vulkan has no empty buffers.
                 let count = self.elements(*buffer, input, &lengths).max(1);
                 count * element_bytes(element, input.settings.precision)
             })
@@ -50,7 +50,7 @@ impl Plan {
     }
 
     /// Rays that fit a queue.
-    fn capacity_for(&self, input: Input, batch: u32) -> u32 {
+    fn capacity_for(&self, input: Input<'_>, batch: u32) -> u32 {
         if !input.packed.branching {
             return batch;
         }
@@ -60,9 +60,9 @@ impl Plan {
         batch.saturating_mul(BRANCHING_ROOM.min(growth)).max(least)
     }
 
-    fn lengths(&self, input: Input, batch: u32, choice: Choice) -> Lengths {
+    fn lengths(&self, input: Input<'_>, batch: u32, choice: Choice) -> Lengths {
         let (workgroup, capacity) = (self.specialisation.workgroup, u64::from(self.capacity));
-        // `trace` leaves a ray's children at places of their own.
+        // `trace` writes the two children of a ray to places of their own.
         let apart = choice.fused && self.last_depth > 1 && input.packed.branching;
         Lengths {
             choice,
@@ -76,7 +76,7 @@ impl Plan {
     }
 
     /// Elements of a buffer; 0 for one that the scene leaves empty.
-    fn elements(&self, buffer: Buf, input: Input, lengths: &Lengths) -> u64 {
+    fn elements(&self, buffer: Buf, input: Input<'_>, lengths: &Lengths) -> u64 {
         let Input { packed, settings, .. } = input;
         let Lengths { choice: Choice { fused, joined }, capacity, places, groups, masks, tile, batch } =
             *lengths;

@@ -40,13 +40,13 @@ const TRANSIENT: &[Buf] = &[
     Buf::Paths,
 ];
 
-/// What of the image is there: whole tiles, and the tile that was cut short.
+/// The pixels rendered so far: whole tiles, and the tile that was cut short.
 pub(super) struct Drawn {
     /// The region's pixels, linear.
     pub(super) linear: Vec<[f32; 3]>,
     /// Rectangles with all their samples.
     pub(super) finished: Vec<Tile>,
-    /// Of the finished rectangles.
+    /// Counts and times of the finished rectangles.
     pub(super) tally: Tally,
 }
 

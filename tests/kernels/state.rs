@@ -11,7 +11,7 @@ use whitted::reference::twin::single::lib::r#box::{sphere_box, triangle_box};
 use whitted::scene::bounds::Bounds;
 use whitted::settings::sampler::Sampler;
 
-/// What a kernel is compiled for.
+/// Scene and specialisation that kernels are tested with.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant {
     workgroup: u32,
@@ -31,7 +31,7 @@ pub struct Variant {
     outside: bool,
 }
 
-/// Everything on, everything off, the report's way, and what a software device does apart.
+/// All features; few features; fast precision with fixed origins; triangles outside a hierarchy, read as texels.
 pub fn variants() -> [(&'static str, Variant); 4] {
     [
         (

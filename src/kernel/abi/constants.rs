@@ -15,11 +15,11 @@ constants! {
     LEAF_BIT = 0x8000_0000;
     /// `Node` child that is a leaf: bits of the first primitive (triangle index, or triangle count + sphere index).
     LEAF_FIRST_BITS = 27;
-    /// `Node` child that is a leaf: primitives at most.
+    /// `Node` child that is a leaf: greatest number of primitives.
     LEAF_MAX = 16;
-    /// Entries of a traversal stack; `bvh` never builds what needs more.
+    /// Entries of a traversal stack; `bvh` never builds a hierarchy that needs more.
     STACK_SIZE = 64;
-    /// Entries of a packet's stack, at most: as many as 24 words of four lanes hold beside the one below all.
+    /// Greatest number of entries of a packet's stack: 24 words of four lanes, less the entry below all others.
     PACKET_STACK_SIZE = 95;
     /// `Surface::flags`.
     CHILD_REFLECTED = 1;
@@ -39,13 +39,13 @@ constants! {
     FRESNEL_EXACT = 2;
     /// Workgroups per row of a large dispatch: the least maxComputeWorkGroupCount Vulkan promises.
     GROUPS_PER_ROW = 65_535;
-    /// Primitives whose tests brute force writes out one by one; more are a loop.
+    /// Greatest number of primitives for which brute force unrolls its loop.
     UNROLL_MAX = 32;
     /// Invocations of `scan`, whose one workgroup walks the counts of all workgroups; the least maxComputeWorkGroupInvocations is 128.
     SCAN_WIDTH = 128;
-    /// Invocations per workgroup at most; words of a child mask = this / 32.
+    /// Greatest number of invocations per workgroup; words of a child mask = this / 32.
     WORKGROUP_MAX = 256;
-    /// Loop iterations of one traversal at most. lavapipe silently ends every loop of an invocation
+    /// Greatest number of loop iterations of one traversal. lavapipe silently ends every loop of an invocation
     /// after 65,535 in all; a traversal that would come near it is counted in COUNTER_LOOP_CAP instead.
     LOOP_CAP = 60_000;
     /// Index into `counters`.

@@ -1,4 +1,5 @@
-//! Structs that kernels write: rays and what becomes of them. `Queue` and `Push` are written by the host as well.
+//! Structs that exist only on the device: rays, hits, sums and counts. Also `Queue` and `Push`,
+//! which the host writes as well but which have no `real` fields.
 
 use super::GpuStruct;
 
@@ -76,7 +77,7 @@ device_structs! {
     struct Film {
         /// Sum, linear RGB.
         sum: vec3,
-        /// What rounding took from it.
+        /// Sum of the rounding errors of `sum`.
         compensation: vec3,
     }
 
@@ -92,10 +93,10 @@ device_structs! {
         shadow: uint,
     }
 
-    /// What the path tree of one sample did, 16 bytes; of surveys only. Kept by integer atomics, so in
-    /// any order.
+    /// Hash and counts of the path tree of one sample, 16 bytes; in surveys only. Updated by integer
+    /// atomics, whose order does not matter.
     struct Path {
-        /// Sum of a hash of each ray: what it struck, how it goes on, which lights it sees.
+        /// Sum of a hash of each ray: its primitive, its children, the lights it sees.
         hash: uint,
         /// Rays traced, shadow rays included.
         rays: uint,
@@ -105,13 +106,13 @@ device_structs! {
         cut: uint,
     }
 
-    /// What the samples of one pixel did, 24 bytes; of surveys only. Begins as all zeros.
+    /// Hashes and counts of the samples of one pixel, 24 bytes; in surveys only. Begins as all zeros.
     struct Mark {
         /// Complement of the least hash of its samples.
         hash_least_inverted: uint,
         /// Greatest hash.
         hash_most: uint,
-        /// Rays in all.
+        /// Sum of the samples' rays.
         rays: uint,
         /// Longest path.
         depth: uint,
@@ -121,7 +122,7 @@ device_structs! {
         cut_high: uint,
     }
 
-    /// What a ray adds to its sample, 16 bytes. Written by `shadow` or `trace`, read by `gather`.
+    /// Light that a ray adds to its sample, 16 bytes. Written by `shadow` or `trace`, read by `gather`.
     struct Contribution {
         /// Weighted colour.
         light: vec3,

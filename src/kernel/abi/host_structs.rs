@@ -32,8 +32,8 @@ host_structs! {
         origin_shift: float,
     }
 
-    /// Three corners in the local frame and the plane's normal, all that a ray's test needs, and what the
-    /// triangle belongs to, 64 bytes (f64: 112). Written by `pack`, read by `intersect`, `shade`, `shadow`.
+    /// Three corners in the local frame and the plane's normal, which the intersection test reads; material and
+    /// solid; 64 bytes (f64: 112). Written by `pack`, read by `intersect`, `shade`, `shadow`.
     struct Triangle {
         /// Corner.
         a: real3,
@@ -76,7 +76,7 @@ host_structs! {
         c: real3,
     }
 
-    /// An analytic sphere in the local frame and what it belongs to, 32 bytes (f64: 48).
+    /// An analytic sphere in the local frame with its material and solid, 32 bytes (f64: 48).
     struct Sphere {
         /// Centre.
         center: real3,
@@ -98,15 +98,15 @@ host_structs! {
     struct ExtendedSphere {
         /// Surface point nearest the origin.
         point: real3,
-        /// What `point` rounds away.
+        /// Remainder of `point` after rounding.
         point_low: real3,
         /// Unit outward normal there.
         normal: real3,
-        /// What `normal` rounds away.
+        /// Remainder of `normal` after rounding.
         normal_low: real3,
         /// Radius.
         radius: real,
-        /// What `radius` rounds away.
+        /// Remainder of `radius` after rounding.
         radius_low: real,
     }
 

@@ -1,4 +1,4 @@
-//! One kernel on the buffers in host memory.
+//! Runs one kernel on the buffers in host memory.
 
 use super::memory::Memory;
 use super::structs::Push;
