@@ -1,4 +1,4 @@
-//! Turns `glsl/*.comp` into SPIR-V, checks it against `src/kernel/abi.rs`, and writes the typed kernel table
+//! Turns `glsl/*.comp` into SPIR-V, checks it against `src/kernel/abi/`, and writes the typed kernel table
 //! `kernels.rs`.
 //!
 //! shaderc compiles the kernels where `--cfg whitted_shaderc` says that libshaderc can be linked, which
@@ -8,7 +8,7 @@
 //! With the feature `defects` the kernels are compiled once more in the folder `defects`, from sources with planted
 //! mistakes (`src/kernel/defects.rs`).
 
-#[path = "src/kernel/abi.rs"]
+#[path = "src/kernel/abi/mod.rs"]
 #[allow(dead_code, unused_imports)]
 mod abi;
 #[path = "src/kernel/defects.rs"]
@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
 fn main() {
-    for path in ["src/kernel/abi.rs", "src/kernel/defects.rs", "src/kernel/spirv.rs", "glsl", "build"] {
+    for path in ["src/kernel/abi", "src/kernel/defects.rs", "src/kernel/spirv.rs", "glsl", "build"] {
         println!("cargo:rerun-if-changed={path}");
     }
     // The log of HEAD grows with every commit, HEAD itself only changes with the branch.
@@ -86,7 +86,7 @@ fn kernels(_: &Path, _: &[sources::Source], digest: &str) -> Result<Vec<Compiled
         return Ok(pack.kernels);
     }
     Err(format!(
-        "The kernels' sources (glsl, src/kernel/abi.rs) have changed since {} was made, so it cannot stand for them.\n\
+        "The kernels' sources (glsl, src/kernel/abi) have changed since {} was made, so it cannot stand for them.\n\
          Run `./whitted.sh setup` once: the build then compiles the sources itself, with shaderc.",
         pack::FILE
     ))

@@ -42,7 +42,7 @@ pub enum Kernels {
 /// Writes `NAME.FORM.spv` of every kernel and `kernels.rs` into `out`.
 pub fn write(out: &Path, sources: &[Source], compiled: &[Compiled], which: Kernels) -> Result<(), String> {
     let mut table = String::new();
-    let mut variants = String::new();
+    let (mut variants, mut all) = (String::new(), String::new());
     let mut rest = compiled.iter();
     for source in sources {
         let name = &source.name;
@@ -69,6 +69,7 @@ pub fn write(out: &Path, sources: &[Source], compiled: &[Compiled], which: Kerne
         let [single, double, packet] = [0, 1, 2].map(|i| files.get(i).unwrap_or(&files[0]));
         let variant = camel(name);
         let _ = writeln!(variants, "    /// `glsl/{name}.comp`.\n    {variant},");
+        let _ = write!(all, "Kernel::{variant}, ");
         let _ = writeln!(
             table,
             "    KernelCode {{ name: {name:?}, single: Spirv(include_bytes!({single:?})), double: Spirv(include_bytes!({double:?})), packet: Spirv(include_bytes!({packet:?})), reads: {reads:#x}, writes: {writes:#x}, texels: {texels:#x} }},"
@@ -83,7 +84,10 @@ pub fn write(out: &Path, sources: &[Source], compiled: &[Compiled], which: Kerne
         let _ = write!(
             text,
             "\n/// The kernels, one per file in `glsl`, in alphabetical order.\n\
-             #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n"
+             #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]\npub enum Kernel {{\n{variants}}}\n\n\
+             impl Kernel {{\n    /// All kernels, in the order of [`KERNELS`].\n    \
+             pub const ALL: [Kernel; {}] = [{all}];\n}}\n",
+            sources.len()
         );
     }
     fs::write(out.join("kernels.rs"), text).map_err(|e| e.to_string())

@@ -57,7 +57,7 @@ fn tiles_batches_and_groups_change_no_bit() {
         with(Schedule { tile_pixels: Some(53), batch_samples: Some(2), workgroup: Some(32), ..long });
         with(Schedule { tile_pixels: Some(100), workgroup: Some(256), ..long });
         // Rays of a subgroup apart, where a hierarchy is walked.
-        with(Schedule { general: ForcedFeatures::default().with(Feature::LoneRays), ..none });
+        with(Schedule { forced_features: ForcedFeatures::default().with(Feature::LoneRays), ..none });
         let mut other = settings.clone();
         other.seed += 1;
         assert_ne!(

@@ -16,9 +16,9 @@ use whitted::scene::Scene;
 use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::{Schedule, Settings};
 
-/// Settings with `general` switched on.
-fn with(settings: &Settings, general: ForcedFeatures) -> Settings {
-    let schedule = Schedule { general, ..settings.schedule };
+/// Settings with `forced_features` switched on.
+fn with(settings: &Settings, forced_features: ForcedFeatures) -> Settings {
+    let schedule = Schedule { forced_features, ..settings.schedule };
     Settings { schedule, ..settings.clone() }
 }
 
@@ -108,10 +108,10 @@ fn scenes_of_one_thing_and_of_none() {
         let scene = Scene::parse(&text, std::path::Path::new("one.toml")).unwrap();
         let settings = Settings { depth: 3, ..Settings::of(&scene) };
         let own = by_twins(&scene, &settings);
-        for general in
+        for forced in
             Feature::ALL.iter().map(|f| ForcedFeatures::default().with(*f)).chain([ForcedFeatures::all()])
         {
-            assert_eq!(differing(&own, &by_twins(&scene, &with(&settings, general))), 0, "{general:?}");
+            assert_eq!(differing(&own, &by_twins(&scene, &with(&settings, forced))), 0, "{forced:?}");
         }
         let mut renderer = renderer();
         let device = render(&mut renderer, &scene, &with(&settings, ForcedFeatures::all()));
@@ -157,7 +157,7 @@ fn a_cutoff_ends_the_passes_and_changes_no_bit() {
     let last = |s: &Settings| {
         Plan::new(&pack_for(&scene, s, &Limits::LAVAPIPE), s, &Limits::LAVAPIPE).unwrap().last_depth
     };
-    assert_eq!((pack_for(&scene, &settings, &Limits::LAVAPIPE).reach.weight, last(&settings)), (0.85, 5));
+    assert_eq!((pack_for(&scene, &settings, &Limits::LAVAPIPE).max_depth.weight, last(&settings)), (0.85, 5));
     let own = by_twins(&scene, &settings);
     let general = by_twins(&scene, &with(&settings, ForcedFeatures::default().with(Feature::Secondary)));
     assert_eq!(differing(&own, &general), 0);

@@ -13,6 +13,7 @@ mod state;
 
 use common::{Bench, Rng, assert_same, device, differences, queue_of, spoil};
 use state::{State, variants};
+use std::collections::BTreeSet;
 use std::rc::Rc;
 use whitted::kernel::abi::{
     BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, Contribution,
@@ -315,6 +316,35 @@ fn resolve() {
         let push = Push { tile_pixels: 101, first_sample, batch_samples: 5, items: 101, ..state.push() };
         check(bench, state, &memory, Kernel::Resolve, &push, what);
     });
+}
+
+/// The test of a kernel against its twin. This file does not compile while a kernel has no arm here.
+fn test_against_twin(kernel: Kernel) -> Option<fn()> {
+    match kernel {
+        Kernel::Gather => Some(gather),
+        Kernel::Generate => Some(generate),
+        Kernel::Intersect => Some(intersect),
+        Kernel::Place => Some(place),
+        Kernel::Resolve => Some(resolve),
+        Kernel::Scan => Some(scan),
+        // It has no twin: the host judges its results (`whitted::render::self_test`).
+        Kernel::Selftest => None,
+        Kernel::Shade => Some(shade),
+        Kernel::Shadow => Some(shadow),
+        Kernel::Spawn => Some(spawn),
+        Kernel::Trace => Some(trace),
+    }
+}
+
+#[test]
+fn every_kernel_has_a_test_against_its_twin() {
+    let without: Vec<Kernel> =
+        Kernel::ALL.into_iter().filter(|kernel| test_against_twin(*kernel).is_none()).collect();
+    assert_eq!(without, [Kernel::Selftest]);
+    // A test serves one kernel.
+    let tests: BTreeSet<usize> =
+        Kernel::ALL.into_iter().filter_map(test_against_twin).map(|test| test as usize).collect();
+    assert_eq!(tests.len() + without.len(), Kernel::ALL.len());
 }
 
 #[test]

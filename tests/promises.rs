@@ -87,7 +87,7 @@ fn the_sampling_part_holds_as_often_as_it_says() {
             eighths: noise.eighths / 16.0,
             ..noise
         };
-        let bound = |noise: &Noise| noise.bound(4, CONFIDENCE).bound;
+        let bound = |noise: &Noise| noise.bound(4, CONFIDENCE, 0.0).bound;
         kept = kept.plus(Coverage::of([error <= bound(&noise)]));
         halved = halved.plus(Coverage::of([error <= bound(&less)]));
     }

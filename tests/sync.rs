@@ -36,8 +36,8 @@ fn every_scene_is_valid() {
 #[test]
 fn a_missing_barrier_is_reported() {
     let (_, scene) = scenes().into_iter().find(|(name, _)| name == "nested_glass").unwrap();
-    let general = ForcedFeatures::default().with(Feature::SplitKernels);
-    let split = Schedule { general, ..Schedule::default() };
+    let forced_features = ForcedFeatures::default().with(Feature::SplitKernels);
+    let split = Schedule { forced_features, ..Schedule::default() };
     let fused = Schedule { fused: Some(true), ..Schedule::default() };
     // Each with the buffer that the pass after it reads too early. Not `spawn`: what it writes is read
     // a depth later, behind other barriers; and `resolve` is followed by the next batch alone.

@@ -401,7 +401,8 @@ impl Allocation {
 
     /// Sorts the pixels into classes by their neighbours.
     fn classify(&mut self) {
-        let noise: Vec<f64> = (0..self.gathered.samples.len()).map(|p| self.gathered.noise_of(p).squares).collect();
+        let noise: Vec<f64> =
+            (0..self.gathered.samples.len()).map(|p| self.gathered.noise_of(p).squares).collect();
         let image: Vec<[f64; 3]> = (0..noise.len()).map(|p| self.gathered.mean(p)).collect();
         let mut groups: BTreeMap<(bool, u8, i32), Vec<u32>> = BTreeMap::new();
         for p in 0..self.gathered.samples.len() as u32 {

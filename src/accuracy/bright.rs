@@ -120,7 +120,8 @@ impl Projection {
                 continue;
             }
             before = true;
-            let at = [(v.dot(self.right) / z + 1.0) * 0.5 * width, (v.dot(self.down) / z + 1.0) * 0.5 * height];
+            let at =
+                [(v.dot(self.right) / z + 1.0) * 0.5 * width, (v.dot(self.down) / z + 1.0) * 0.5 * height];
             for i in 0..2 {
                 (lo[i], hi[i]) = (lo[i].min(at[i]), hi[i].max(at[i]));
             }

@@ -3,6 +3,7 @@
 
 use super::pixel_sums::PixelSums;
 use super::radiance_bound::RadianceLimit;
+use super::unseen::Caps;
 use crate::render::samples::Mark;
 use crate::report::ErrorInfo;
 
@@ -53,10 +54,12 @@ fn root_mean(squares: f64, pixels: usize) -> f64 {
 pub fn budget(
     image: &PixelSums,
     limit: &RadianceLimit,
+    caps: &Caps,
     rounding: Option<(f64, u64)>,
     confidence: f64,
 ) -> ErrorInfo {
-    let sampling = image.noise().bound(image.replicates, confidence);
+    let unseen = image.unseen(caps).squares(confidence);
+    let sampling = image.noise().bound(image.replicates, confidence, unseen);
     let truncation = image.truncation(limit);
     ErrorInfo {
         kind: "rmse".into(),

@@ -38,10 +38,10 @@ pub struct Surface {
 
 /// Boxes around all surfaces of the scene.
 pub fn surfaces(scene: &Scene) -> Vec<Surface> {
-    let balls = scene.spheres.iter().map(|s| Surface {
-        bounds: Bounds::of_sphere(s.center, s.radius),
-        material: s.material,
-    });
+    let balls = scene
+        .spheres
+        .iter()
+        .map(|s| Surface { bounds: Bounds::of_sphere(s.center, s.radius), material: s.material });
     let parts = bunches(scene).into_iter().map(|b| Surface { bounds: b.bounds, material: b.material });
     balls.chain(parts).collect()
 }

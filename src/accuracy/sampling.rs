@@ -228,7 +228,9 @@ impl std::iter::Sum for Noise {
 
 #[cfg(test)]
 mod tests {
+    use super::super::pixel_sums::PixelSums;
     use super::super::synthetic::{Feature, Painter, Picture, Points, squared_error};
+    use super::super::unseen::Caps;
     use super::*;
     use crate::render::samples::Source;
     use rayon::prelude::*;
@@ -249,7 +251,7 @@ mod tests {
                 sum += dot * dot / 4.0;
                 count += 1.0;
             }
-            let noise = Noise::of(&x, r as u32);
+            let noise = Noise::of_replicates(&x, r as u32);
             let expected = sum / count / (r * r) as f64;
             assert!((noise.fourths - expected).abs() < 1e-12 * noise.eighths.sqrt(), "{r}");
         }
@@ -262,25 +264,12 @@ mod tests {
     }
 
     #[test]
-    fn the_peak_is_where_spreading_becomes_worse() {
-        let u = 1.256_431_208_626_17f64;
-        assert!((2.0 * u - u.exp_m1()).abs() < 1e-13);
-        // Any division of the total is within the bound, and one is near it.
-        for n in [1u32, 2, 4, 16, 64] {
-            let total = -0.05f64.ln() / f64::from(n);
-            let worst = (1..40)
-                .map(|k| f64::from(k) * (1.0 - (-total / f64::from(k)).exp()).powi(2))
-                .fold(0.0, f64::max);
-            let bound = unseen_squares(n, 0.95);
-            assert!(worst <= bound * (1.0 + 1e-12) && worst > 0.85 * bound, "{n}: {worst} {bound}");
-        }
-    }
-
-    #[test]
     fn bright_channels_are_certain_and_the_rest_are_not() {
-        let bright = Noise::of(&[[5.0, 0.0, 1.5], [9.0, 0.0, 1.0], [4.0, 0.0, 3.0], [2.0, 0.0, 1.0]], 4);
+        let bright =
+            Noise::of_replicates(&[[5.0, 0.0, 1.5], [9.0, 0.0, 1.0], [4.0, 0.0, 3.0], [2.0, 0.0, 1.0]], 4);
         assert_eq!((bright.squares, bright.fourths), (0.0, 0.0));
-        let mixed = Noise::of(&[[5.0, 0.0, 1.5], [9.0, 0.0, 0.9], [4.0, 0.0, 3.0], [2.0, 0.0, 1.0]], 4);
+        let mixed =
+            Noise::of_replicates(&[[5.0, 0.0, 1.5], [9.0, 0.0, 0.9], [4.0, 0.0, 3.0], [2.0, 0.0, 1.0]], 4);
         assert!(mixed.squares > 0.0);
     }
 
@@ -355,16 +344,15 @@ mod tests {
                 let picture = picture(kind, side, seed);
                 let mut painter = Painter { picture: &picture, points, replicates, seed, traced: 0 };
                 let Ok(traced) = painter.trace(&pixels, 0..samples);
-                let groups = traced.sums.chunks(replicates as usize);
-                let noise: Noise = groups.clone().map(|sums| Noise::of(sums, samples)).sum();
-                let mean = |sums: &[[f64; 3]]| {
-                    std::array::from_fn(|c| sums.iter().map(|s| s[c]).sum::<f64>() / f64::from(samples))
-                };
-                let image: Vec<[f64; 3]> = groups.map(mean).collect();
-                let error = squared_error(&image, &picture.truth());
+                let mut image = PixelSums::new(side, side, replicates as usize);
+                image.add(&pixels, samples, &traced);
+                let (noise, means) =
+                    (image.noise(), (0..pixels.len()).map(|at| image.mean(at)).collect::<Vec<_>>());
+                let error = squared_error(&means, &picture.truth());
                 let (_, factor) = noise.factor(replicates as usize, 0.95);
-                let bound = noise.bound(replicates as usize, 0.95).bound;
-                [bound.powi(2) * f64::from(side * side), noise.squares * factor, noise.squares]
+                let unseen = image.unseen(&Caps::default()).squares(0.95);
+                let bound = noise.bound(replicates as usize, 0.95, unseen).bound;
+                [bound.powi(2) * f64::from(side * side), noise.variance() * factor, noise.variance()]
                     .map(|squares| (squares / error).sqrt())
             })
             .collect();
@@ -380,6 +368,11 @@ mod tests {
     #[test]
     fn the_bound_holds_as_often_as_it_claims() {
         let ways = [
+            (Points::Owen, (1, 4)),
+            (Points::Owen, (1, 16)),
+            (Points::Owen, (1, 64)),
+            (Points::Owen, (1, 24)),
+            (Points::Random, (1, 16)),
             (Points::Owen, (4, 16)),
             (Points::Stratified, (4, 64)),
             (Points::Random, (16, 64)),

@@ -1,7 +1,7 @@
 //! Images whose exact pixel means are known, and points to sample them with: what the estimates are
 //! calibrated against.
 
-use crate::render::samples::{Mark, Source, Traced};
+use crate::render::samples::{Mark, Source, Traced, quarters};
 use crate::settings::sampler::pcg4d;
 use std::ops::Range;
 
@@ -213,12 +213,23 @@ impl Source for Painter<'_> {
 
     fn trace(&mut self, pixels: &[u32], samples: Range<u32>) -> Result<Traced, Self::Error> {
         let r = self.replicates;
-        let which = samples.start / r..samples.end / r;
+        // The points of each set, and the replicate they are of.
+        let sets: Vec<(u32, Range<u32>)> = match r {
+            1 => {
+                let mut end = samples.start;
+                let quarter = |count| {
+                    end += count;
+                    (0, end - count..end)
+                };
+                quarters(samples.end - samples.start).map(quarter).into()
+            }
+            _ => (0..r).map(|replicate| (replicate, samples.start / r..samples.end / r)).collect(),
+        };
         let mut out = Traced { replicates: r as usize, ..Traced::default() };
         for &p in pixels {
             let mut mark = Mark { hash_least: u32::MAX, depth: 1, ..Mark::default() };
             let flat = self.picture.ramp[1..] == [0.0; 2] && self.picture.partial[p as usize].0.is_empty();
-            for replicate in 0..r {
+            for (replicate, which) in &sets {
                 let mut sum = 0.0;
                 if flat {
                     // All samples are one: the first stands for all.
@@ -229,7 +240,7 @@ impl Source for Painter<'_> {
                     mark.rays += each;
                     continue;
                 }
-                for at in self.points.replicate(pcg4d([self.seed, p, 3, 4])[0], replicate, which.clone()) {
+                for at in self.points.replicate(pcg4d([self.seed, p, 3, 4])[0], *replicate, which.clone()) {
                     let (v, hash) = self.picture.value(p, at);
                     sum += v;
                     mark.hash_least = mark.hash_least.min(hash);

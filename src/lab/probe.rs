@@ -7,7 +7,7 @@ use crate::plan::passes::{PER_DEPTH, Pass};
 use crate::plan::{Limits, Plan, PlannedScene, element_bytes};
 use crate::prepare::{Packed, Recipe};
 use crate::reference::twin::single::Memory;
-use crate::render::{Frame, RenderError, Renderer};
+use crate::render::{Batches, RenderError, Renderer};
 use crate::scene::Scene;
 use crate::settings::forced_features::Feature;
 use crate::settings::{Precision, Settings};
@@ -180,7 +180,7 @@ fn stages() -> impl Iterator<Item = &'static Pass> {
     PER_DEPTH.iter().filter(wanted)
 }
 
-struct OnDevice(Frame);
+struct OnDevice(Batches);
 
 impl Bank for OnDevice {
     fn write(&mut self, buffer: Buf, bytes: &[u8]) -> Result<(), RenderError> {
@@ -188,15 +188,15 @@ impl Bank for OnDevice {
     }
 
     fn run(&mut self, push: abi::Push) -> Result<(), RenderError> {
-        let frame = &mut self.0;
-        frame.recorder.begin()?;
-        frame.recorder.fill(&frame.buffers, Buf::Counters, 0);
-        frame.recorder.fill(&frame.buffers, Buf::DepthCounts, 0);
+        let batches = &mut self.0;
+        batches.recorder.begin()?;
+        batches.recorder.fill(&batches.buffers, Buf::Counters, 0);
+        batches.recorder.fill(&batches.buffers, Buf::DepthCounts, 0);
         for pass in stages() {
             let d = Dispatch { pass, depth: 1, push, items: 0 };
-            frame.recorder.dispatch(&frame.pipelines, &frame.buffers, &d);
+            batches.recorder.dispatch(&batches.pipelines, &batches.buffers, &d);
         }
-        frame.recorder.submit(&frame.buffers)?;
+        batches.recorder.submit(&batches.buffers)?;
         Ok(())
     }
 
@@ -243,8 +243,8 @@ impl Probe {
         let mut settings =
             Settings { width, height: 1, samples: 1, depth: 2, crop: None, ..settings.clone() };
         // Children are asked for even where there can be none; what is between the stages is read.
-        settings.schedule.general =
-            settings.schedule.general.with(Feature::Secondary).with(Feature::SplitKernels);
+        settings.schedule.forced_features =
+            settings.schedule.forced_features.with(Feature::Secondary).with(Feature::SplitKernels);
         Probe(PlannedScene::for_twins(recipe, scene, &settings, limits, forced))
     }
 
@@ -297,8 +297,8 @@ impl Renderer {
         let (pipelines, _) = self.pipelines(plan, settings.precision)?;
         let device = std::rc::Rc::clone(self.device());
         let camera = packed.camera(scene, &p.0.settings);
-        let frame = Frame::new(&device, pipelines, packed, camera, &p.0.settings, plan)?;
-        p.trace(&mut OnDevice(frame), rays)
+        let batches = Batches::new(&device, pipelines, packed, camera, &p.0.settings, plan)?;
+        p.trace(&mut OnDevice(batches), rays)
     }
 }
 

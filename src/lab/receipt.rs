@@ -67,9 +67,9 @@ pub fn measure(
         if stop() {
             return Err(ReceiptError::Interrupted);
         }
-        let mut general = settings.clone();
-        general.schedule.general = general.schedule.general.with(*feature);
-        let built = renderer.build(scene, &general, Purpose::Image)?;
+        let mut with_feature = settings.clone();
+        with_feature.schedule.forced_features = settings.schedule.forced_features.with(*feature);
+        let built = renderer.build(scene, &with_feature, Purpose::Image)?;
         // A plan that is the same has the feature; one that does not fit has no price.
         let Ok(other) = built.planned.plan() else { continue };
         if other.specialisation == plan.specialisation && other.last_depth == plan.last_depth {

@@ -1,6 +1,7 @@
-//! What fits a device, and what would where a scene does not.
+//! Whether a plan fits the device, and if not, how large a scene would.
 
-use super::{Limits, Plan, PlanError, Shortage, TEXEL_BYTES, may_read_texels};
+use super::limits::may_read_texels;
+use super::{Limits, Plan, PlanError, Shortage, TEXEL_BYTES};
 use crate::kernel::abi::{BUFFERS, Buf};
 use crate::kernel::table::KERNELS;
 use crate::prepare::Packed;
@@ -27,8 +28,8 @@ fn is_texels_alone(buffer: Buf) -> bool {
 }
 
 impl Plan {
-    /// Bytes that a buffer may have on the device. Where kernels read texels, what is read so alone need not
-    /// fit a storage binding: its descriptor ends where the device's range does.
+    /// Greatest number of bytes of a buffer on the device. A buffer that is only read as texels need not fit a
+    /// storage binding: its descriptor ends where the device's range does.
     fn most(&self, buffer: Buf, limits: &Limits) -> u64 {
         match self.specialisation.texels != 0 && is_texels_alone(buffer) {
             true => (TEXEL_BYTES * u64::from(limits.texel_elements)).max(limits.storage_range),

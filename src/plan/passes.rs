@@ -1,4 +1,4 @@
-//! The frame as data: one row = one dispatch. Recording, barriers, the CPU twins, profile rows,
+//! The pass table: one row = one dispatch. Recording, barriers, the CPU twins, profile rows,
 //! debug labels and `plan` all walk these tables. No render graph, no reordering.
 
 use crate::kernel::abi::Buf;
@@ -20,7 +20,7 @@ pub enum Size {
 /// When a pass runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
-    /// In every frame (prologue, epilogue) or at every depth.
+    /// Once per batch (prologue, epilogue) or at every depth.
     Always,
     /// At every depth but the last, whose secondary rays are not traced.
     NotLast,
@@ -41,7 +41,7 @@ pub enum Way {
     Fused,
 }
 
-/// One row of the frame.
+/// One row of the pass table.
 #[derive(Debug, Clone, Copy)]
 pub struct Pass {
     /// What runs.
@@ -59,7 +59,7 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Whether it is a part of the frame at all where depths are done in one kernel, or in split ones.
+    /// Whether the pass runs where depths are done in one kernel, or in split ones.
     pub fn is_of(&self, fused: bool) -> bool {
         match self.way {
             Way::Both => true,
@@ -220,7 +220,7 @@ pub const EPILOGUE: &[Pass] = &[Pass {
     way: Way::Both,
 }];
 
-/// Once per device, apart from any frame.
+/// Once per device, apart from any batch.
 pub const SELF_TEST: &[Pass] = &[Pass {
     kernel: Kernel::Selftest,
     reads: &[],
@@ -265,7 +265,7 @@ pub fn at_depth(buffer: Buf, depth: u32) -> Buf {
     }
 }
 
-/// All rows of the frame, in its order.
+/// All rows of the pass table, in order.
 pub fn all() -> impl Iterator<Item = &'static Pass> {
     PROLOGUE.iter().chain(PER_DEPTH).chain(EPILOGUE)
 }

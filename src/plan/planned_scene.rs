@@ -1,6 +1,7 @@
 //! A scene prepared and planned for a device, before any memory is taken. Everything that renders, predicts or
 //! explains starts here.
 
+use super::build::Input;
 use super::{Limits, Plan, PlanError, brute_force_max};
 use crate::prepare::bvh::Forms;
 use crate::prepare::{Packed, Recipe, pack_by};
@@ -70,7 +71,7 @@ impl PlannedScene {
         let survey = purpose == Purpose::Survey;
         let most = brute_force_max(brute_force, settings, limits);
         let packed = pack_by(recipe, scene, settings, most, forms);
-        let plan = Plan::build(&packed, settings, limits, survey);
+        let plan = Plan::build(Input { packed: &packed, settings, limits, survey });
         PlannedScene { packed, settings: settings.clone(), limits: *limits, plan }
     }
 

@@ -1,8 +1,11 @@
 use super::*;
-use crate::kernel::abi::double;
+use crate::kernel::abi::{self, Buf, double};
+use crate::kernel::table::KERNELS;
+use crate::prepare::bvh::Forms;
 use crate::prepare::{pack, pack_forms};
 use crate::scene::procedural::shapes::{cuboid, empty, glass};
 use crate::scene::{Fresnel, Scene};
+use crate::settings::forced_features::Feature;
 use bytemuck::zeroed_vec;
 use glam::DVec3;
 
@@ -101,7 +104,7 @@ fn one_form_of_nodes_is_held() {
     let settings = Settings::of(&scene());
     let gpu = Limits { is_cpu: false, ..Limits::LAVAPIPE };
     let mut lone = settings.clone();
-    lone.schedule.general = lone.schedule.general.with(Feature::LoneRays);
+    lone.schedule.forced_features = lone.schedule.forced_features.with(Feature::LoneRays);
     let mut odd = settings.clone();
     odd.schedule.workgroup = Some(12);
     // Fewer texels than a storage binding may have: nodes must be there for the case that they do not reach.

@@ -94,28 +94,28 @@ mod tests {
         }
     }
 
-    fn reach(materials: &[Material]) -> MaxDepth {
+    fn max_depth(materials: &[Material]) -> MaxDepth {
         MaxDepth::new(materials.iter(), false, false)
     }
 
     #[test]
     fn what_hands_on_nothing_ends_at_once() {
-        let matt = reach(&[of(0.0, Fresnel::Exact), of(0.0, Fresnel::Constant(1.0))]);
+        let matt = max_depth(&[of(0.0, Fresnel::Exact), of(0.0, Fresnel::Constant(1.0))]);
         assert_eq!((matt.last_depth(7, 0.0), matt.last_depth(1, 0.5)), (1, 1));
-        let mirror = reach(&[of(0.0, Fresnel::Exact), of(1.0, Fresnel::Constant(1.0))]);
+        let mirror = max_depth(&[of(0.0, Fresnel::Exact), of(1.0, Fresnel::Constant(1.0))]);
         assert_eq!((mirror.last_depth(7, 0.0), mirror.last_depth(7, 0.9)), (7, 7));
     }
 
     /// Children of depth d weigh 0.5^d: the first below 0.2 is that of depth 3, 0.125.
     #[test]
     fn a_cutoff_ends_what_surfaces_weaken() {
-        let half = reach(&[of(0.5, Fresnel::Exact)]);
+        let half = max_depth(&[of(0.5, Fresnel::Exact)]);
         assert_eq!((half.last_depth(9, 0.2), half.last_depth(2, 0.2), half.last_depth(9, 0.0)), (3, 2, 9));
         // Exactly the cutoff is still traced.
         assert_eq!(half.last_depth(9, 0.25), 3);
         assert_eq!(half.last_depth(9, 0.251), 2);
         // A fixed split hands on its larger share.
-        assert_eq!(reach(&[of(1.0, Fresnel::Constant(0.5))]), half);
+        assert_eq!(max_depth(&[of(1.0, Fresnel::Constant(0.5))]), half);
         // Where solids overlap, a ray may pass whole.
         assert_eq!(MaxDepth::new([of(0.5, Fresnel::Exact)].iter(), true, false).last_depth(9, 0.2), 9);
     }

@@ -42,7 +42,7 @@ const LIGHT_FAR: f64 = 1_099_511_627_776.0;
 #[derive(Debug, Clone)]
 pub struct Packed {
     /// Local frame of all positions.
-    pub frame: LocalFrame,
+    pub local_frame: LocalFrame,
     /// Triangles in leaf order.
     pub triangles: Vec<double::Triangle>,
     /// Parallel to `triangles`.
@@ -77,12 +77,12 @@ pub struct Packed {
     pub eye_media: Vec<u32>,
     /// Solids the eye is in beyond those.
     pub eye_media_dropped: u64,
-    /// Up to how many primitives every one would be tested.
+    /// Greatest number of primitives that would all be tested.
     pub brute_force_max: usize,
     /// What the scene has, stand-ins apart.
-    pub found: SceneFeatures,
-    /// How deep its light can travel.
-    pub reach: MaxDepth,
+    pub scene_features: SceneFeatures,
+    /// Greatest depth of its rays.
+    pub max_depth: MaxDepth,
     /// Some hit spawns two rays, or that is switched on.
     pub branching: bool,
     /// Triangles without area, dropped.
@@ -109,21 +109,21 @@ pub(crate) fn pack_by(
     forms: Forms,
 ) -> Packed {
     let precision = settings.precision;
-    let on = |f: Feature| settings.schedule.general.has(f);
-    let Recipe { frame, eye, padding, degenerate_normal, single_radii } = recipe;
+    let on = |f: Feature| settings.schedule.forced_features.has(f);
+    let Recipe { local_frame, eye, padding, degenerate_normal, single_radii } = recipe;
     let round = Rounding { precision, padding };
     let mut solids = Vec::new();
-    let triangles = Triangles::new(scene, &frame, round, degenerate_normal, eye, &mut solids);
+    let triangles = Triangles::new(scene, &local_frame, round, degenerate_normal, eye, &mut solids);
     let Kept { mut prims, degenerate, mut exact } = triangles.kept();
     let (count, flat_count) = (prims.len(), triangles.len() as u32);
 
-    let made = Spheres::new(scene, &frame, round, eye, &single_radii, flat_count, &mut solids);
+    let made = Spheres::new(scene, &local_frame, round, eye, &single_radii, flat_count, &mut solids);
     let Spheres { shapes: mut spheres, extended: extended_spheres, prims: sphere_prims, exact: same } = made;
     prims.extend(sphere_prims);
     exact &= same;
     let sphere_bounds = |s: &double::Sphere| spheres::bounds(s, round);
 
-    let mut found = SceneFeatures {
+    let mut features = SceneFeatures {
         triangles: count as u64,
         spheres: spheres.len() as u64,
         extended_spheres: extended_spheres.len() as u64,
@@ -189,13 +189,13 @@ pub(crate) fn pack_by(
     let used = || scene.materials.iter().zip(&triangles.used).filter_map(|(m, used)| used.then_some(m));
     let branching = used().any(branches);
     let mirrors = used().any(|m| m.has_secondary() && m.fresnel != Fresnel::Constant(0.0));
-    found = SceneFeatures { mirrors, solids_at_once: at_once, branching, ..found };
-    let reach = match on(Feature::Secondary) {
+    features = SceneFeatures { mirrors, solids_at_once: at_once, branching, ..features };
+    let max_depth = match on(Feature::Secondary) {
         true => MaxDepth::unlimited(branching),
         false => MaxDepth::new(used(), at_once > 1, branching),
     };
     Packed {
-        frame,
+        local_frame,
         triangles: packed_triangles,
         flat_normals,
         corner_normals,
@@ -207,15 +207,15 @@ pub(crate) fn pack_by(
         bvh_depth: bvh.depth,
         packet_stack: bvh.packet_stack,
         materials: scene.materials.iter().map(material).collect(),
-        lights: lights(scene, &frame, on(Feature::Lights)),
+        lights: lights(scene, &local_frame, on(Feature::Lights)),
         solid_iors: std::iter::once(1.0).chain(solids.iter().map(|s| s.ior as f32)).collect(),
         solid_priorities: std::iter::once(i32::MIN).chain(solids.iter().map(|s| s.priority)).collect(),
         media_capacity,
         eye_media,
         eye_media_dropped: eye_in.saturating_sub(media_capacity as usize) as u64,
         brute_force_max,
-        found,
-        reach,
+        scene_features: features,
+        max_depth,
         branching: branching || on(Feature::Branching),
         degenerate_triangles: degenerate,
     }
@@ -277,7 +277,7 @@ impl Packed {
         let forward = (c.look_at - c.look_from).normalize();
         let right = forward.cross(c.up).normalize();
         let up = right.cross(forward);
-        let (eye, advance) = self.frame.eye(c, forward);
+        let (eye, advance) = self.local_frame.eye(c, forward);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();
@@ -294,7 +294,7 @@ impl Packed {
             background_b: background.z,
             origin_shift: match settings.origin {
                 Origin::Bound => 0.0,
-                Origin::Fixed(x) => self.frame.length(x) as f32,
+                Origin::Fixed(x) => self.local_frame.length(x) as f32,
             },
         }
     }
@@ -307,16 +307,16 @@ impl Packed {
     /// What the scene requires, in plain words.
     pub fn features(&self) -> Vec<&'static str> {
         [
-            ("triangles", self.found.triangles > 0),
-            ("smooth normals", self.found.smooth_normals),
-            ("spheres", self.found.spheres > 0),
-            ("spheres beyond single precision", self.found.extended_spheres > 0),
+            ("triangles", self.scene_features.triangles > 0),
+            ("smooth normals", self.scene_features.smooth_normals),
+            ("spheres", self.scene_features.spheres > 0),
+            ("spheres beyond single precision", self.scene_features.extended_spheres > 0),
             ("bvh", self.bvh_depth > 0),
-            ("lights", self.found.lights > 0),
-            ("mirror", self.found.mirrors),
-            ("refraction", self.found.solids_at_once > 0),
-            ("nested media", self.found.solids_at_once > 1),
-            ("branching", self.found.branching),
+            ("lights", self.scene_features.lights > 0),
+            ("mirror", self.scene_features.mirrors),
+            ("refraction", self.scene_features.solids_at_once > 0),
+            ("nested media", self.scene_features.solids_at_once > 1),
+            ("branching", self.scene_features.branching),
         ]
         .into_iter()
         .filter_map(|(name, there)| there.then_some(name))

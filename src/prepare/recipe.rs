@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 /// How a scene is packed. Every render takes [`Recipe::of`].
 pub(crate) struct Recipe {
     /// Coordinates of the arrays.
-    pub frame: LocalFrame,
+    pub local_frame: LocalFrame,
     /// Where the eye is in them; tells which solids it is in.
     pub eye: DVec3,
     /// Enlargement of boxes, relative to the larger of 1 and the coordinate.
@@ -27,10 +27,10 @@ impl Recipe {
         Recipe::within(LocalFrame::of(scene), scene)
     }
 
-    fn within(frame: LocalFrame, scene: &Scene) -> Recipe {
+    fn within(local_frame: LocalFrame, scene: &Scene) -> Recipe {
         Recipe {
-            frame,
-            eye: frame.point(scene.camera.look_from),
+            local_frame,
+            eye: local_frame.point(scene.camera.look_from),
             padding: bvh::PADDING,
             degenerate_normal: None,
             single_radii: SINGLE_RADII,

@@ -1,5 +1,5 @@
 //! What a scene has, found by a scan before anything is planned; and stand-ins for what it lacks, where
-//! that is switched on all the same (`general`).
+//! that is switched on all the same (`forced_features`).
 
 use crate::kernel::abi::{self, double};
 use serde::Serialize;

@@ -40,13 +40,13 @@ const TRANSIENT: &[Buf] = &[
     Buf::Paths,
 ];
 
-/// What of the image is there: whole tiles, and the tile that was cut short.
+/// The pixels rendered so far: whole tiles, and the tile that was cut short.
 pub(super) struct Drawn {
     /// The region's pixels, linear.
     pub(super) linear: Vec<[f32; 3]>,
     /// Rectangles with all their samples.
     pub(super) finished: Vec<Tile>,
-    /// Of the finished rectangles.
+    /// Counts and times of the finished rectangles.
     pub(super) tally: Tally,
 }
 
@@ -83,8 +83,8 @@ impl Part {
     }
 }
 
-/// Buffers, recorder, and the state of the plan as it meets the scene.
-pub(crate) struct Frame {
+/// The batches of a plan: its buffers and recorder, and the batch size that fits the scene.
+pub(crate) struct Batches {
     pub(crate) pipelines: Rc<Pipelines>,
     pub(crate) buffers: Buffers,
     pub(crate) recorder: Recorder,
@@ -100,7 +100,7 @@ pub(crate) struct Frame {
     pub(super) trace: Option<Vec<Submit>>,
 }
 
-impl Frame {
+impl Batches {
     pub(crate) fn new(
         device: &Rc<Device>,
         pipelines: Rc<Pipelines>,
@@ -108,7 +108,7 @@ impl Frame {
         camera: abi::double::Camera,
         settings: &Settings,
         plan: &Plan,
-    ) -> Result<Frame, VkError> {
+    ) -> Result<Batches, VkError> {
         let film = plan.buffer_bytes[Buf::Film as usize] + plan.buffer_bytes[Buf::Marks as usize];
         let counts = plan.buffer_bytes[Buf::DepthCounts as usize] + plan.buffer_bytes[Buf::Counters as usize];
         let mut buffers = Buffers::new(device, &plan.buffer_bytes, film.max(counts))?;
@@ -124,7 +124,7 @@ impl Frame {
                 upload.fill(from, out)
             })?;
         }
-        Ok(Frame {
+        Ok(Batches {
             pipelines,
             buffers,
             recorder,
@@ -311,7 +311,7 @@ impl Frame {
         let Part { x, y, width, pixels } = *part;
         let (first_sample, samples) = (samples.start, samples.end - samples.start);
         let range = (range.start, range.end - range.start);
-        let last_depth = self.plan.reach.last_depth(depth, self.settings.cutoff);
+        let last_depth = self.plan.max_depth.last_depth(depth, self.settings.cutoff);
         let batch = Batch { x, y, width, pixels, first_sample, samples, range, last_depth };
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;

@@ -35,7 +35,7 @@ use crate::report::explain::ExplainedPlan;
 use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines};
-pub(crate) use batches::Frame;
+pub(crate) use batches::Batches;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -196,9 +196,9 @@ impl Renderer {
         (self.recipe)(scene)
     }
 
-    /// The frame that the kernels see `scene` in.
-    pub(crate) fn frame(&self, scene: &Scene) -> LocalFrame {
-        self.recipe(scene).frame
+    /// The local frame that the kernels see `scene` in.
+    pub(crate) fn local_frame(&self, scene: &Scene) -> LocalFrame {
+        self.recipe(scene).local_frame
     }
 
     /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all

@@ -1,7 +1,7 @@
 //! A scene made ready on a device: packed, planned, its kernels compiled, its buffers filled. Made once, by
 //! [`Renderer::prepare`]; rendering, resuming and trials start from it and may do so several times.
 
-use super::batches::{Drawn, Frame};
+use super::batches::{Batches, Drawn};
 use super::identity::Identity;
 use super::{Observer, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
 use crate::image::linear_sha256;
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 /// Arrays, plan, kernels and buffers of a scene under fixed settings.
 pub struct Prepared {
-    pub(crate) frame: Frame,
+    pub(crate) batches: Batches,
     pub(super) planned: PlannedScene,
     pub(super) camera: Camera,
     pub(super) device: DeviceInfo,
@@ -66,15 +66,15 @@ impl Prepared {
         let settings = &planned.settings;
         let (pipelines, fresh) = renderer.pipelines(plan, settings.precision)?;
         let camera = planned.packed.camera(scene, settings);
-        let mut frame = Frame::new(&renderer.device, pipelines, &planned.packed, camera, settings, plan)?;
-        frame.poison = renderer.poison;
+        let mut batches = Batches::new(&renderer.device, pipelines, &planned.packed, camera, settings, plan)?;
+        batches.poison = renderer.poison;
         if fresh {
-            frame.warm_up()?;
+            batches.warm_up()?;
         }
         trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
         warnings.extend(coincident_solids::warnings(scene));
         Ok(Prepared {
-            frame,
+            batches,
             planned,
             camera,
             device: renderer.device.info(),
@@ -90,7 +90,7 @@ impl Prepared {
     /// The plan.
     #[doc(hidden)]
     pub fn plan(&self) -> &Plan {
-        &self.frame.plan
+        &self.batches.plan
     }
 
     /// The scene's arrays.
@@ -117,7 +117,7 @@ impl Prepared {
     /// Bytes that the buffers took on the device and the host.
     #[doc(hidden)]
     pub fn bytes_taken(&self) -> u64 {
-        self.frame.buffers.taken()
+        self.batches.buffers.taken()
     }
 
     /// The plan explained; `file` is the scene's path as given.
@@ -131,7 +131,7 @@ impl Prepared {
     /// of every dispatch are known.
     #[doc(hidden)]
     pub fn keep_submits(&mut self, keep: bool) {
-        self.frame.trace = keep.then(Vec::new);
+        self.batches.trace = keep.then(Vec::new);
     }
 
     /// When phases began and ended since the last call, and the submits if they were kept.
@@ -185,11 +185,11 @@ impl Prepared {
             Some(earlier) => earlier.into_drawn(&self.identity())?,
         };
         let start = Instant::now();
-        self.frame.begin();
-        let (done, cut) = self.frame.render(&mut drawn, observer)?;
+        self.batches.begin();
+        let (done, cut) = self.batches.render(&mut drawn, observer)?;
         let render = start.elapsed();
         self.trace.phases.push(Phase::since("render", start));
-        if let Some(submits) = &mut self.frame.trace {
+        if let Some(submits) = &mut self.batches.trace {
             self.trace.submits.append(submits);
         }
         let mut tally = drawn.tally.clone();

@@ -1,12 +1,12 @@
 //! Submits as they happened, for a timeline.
 
-use super::Frame;
+use super::Batches;
 use crate::kernel::abi::{Buf, COUNTER_QUEUE_OVERFLOW, DepthCount};
 use crate::plan::passes::{self, Size};
 use crate::report::timeline::{Dispatched, Submit};
 use crate::vk::Timed;
 
-impl Frame {
+impl Batches {
     /// Keeps the submit that has just ended, if submits are kept; it traced `samples` samples of `pixels`
     /// pixels in one batch, or only copied.
     pub(super) fn note(&mut self, samples: u64, pixels: u64, timed: &[Timed]) {

@@ -87,7 +87,7 @@ impl Survey {
         self.settings.depth = depth.min(self.deepest);
         self.settings.cutoff = cutoff;
         self.pace = None;
-        self.prepared.frame.cut_at(self.settings.depth, cutoff);
+        self.prepared.batches.cut_at(self.settings.depth, cutoff);
     }
 
     /// Ends every trace by `deadline`, with what is there then; no part is begun that would not be done
@@ -171,14 +171,14 @@ impl Survey {
             parts.push(rest);
             let start = Instant::now();
             let count = list.len() as u32;
-            self.prepared.frame.list(list)?;
-            self.prepared.frame.batch_samples = (self.batch / count).clamp(1, abi::LOOP_CAP / 2);
+            self.prepared.batches.list(list)?;
+            self.prepared.batches.batch_samples = (self.batch / count).clamp(1, abi::LOOP_CAP / 2);
             let part = Part::listed(self.settings.width, count);
             let done = traced.marks.len() as u64 * each;
-            match self.prepared.frame.samples(&part, samples.clone(), &mut observer, done, total)? {
+            match self.prepared.batches.samples(&part, samples.clone(), &mut observer, done, total)? {
                 End::Done(n, _) if u64::from(n) < each => break,
                 End::Done(_, more) => {
-                    let (film, marks) = self.prepared.frame.film(count)?;
+                    let (film, marks) = self.prepared.batches.film(count)?;
                     traced.sums.extend(film.iter().map(sum));
                     traced.marks.extend(marks.iter().map(mark));
                     self.tally.add(&more);
@@ -186,14 +186,14 @@ impl Survey {
                     let shortest = self.pace.map_or(f64::INFINITY, |(_, shortest)| shortest);
                     self.pace = Some((seconds / (count as f64 * each as f64), seconds.min(shortest)));
                 }
-                End::Overflow if self.prepared.frame.batch_samples > 1 => {
-                    self.batch = (self.prepared.frame.batch_samples / 2).max(1).saturating_mul(count);
+                End::Overflow if self.prepared.batches.batch_samples > 1 => {
+                    self.batch = (self.prepared.batches.batch_samples / 2).max(1).saturating_mul(count);
                     parts.push(list);
                 }
                 End::Overflow => {
                     if let [pixel] = list {
                         let width = self.settings.width;
-                        return Err(self.prepared.frame.pixel_too_deep(pixel % width, pixel / width));
+                        return Err(self.prepared.batches.pixel_too_deep(pixel % width, pixel / width));
                     }
                     let (first, second) = list.split_at(list.len() / 2);
                     parts.extend([second, first]);
@@ -208,7 +208,7 @@ impl Survey {
 
     /// Pixels of the next part, `each` samples of each; none if there is no time for any.
     fn part_pixels(&self, each: u64) -> usize {
-        let most = self.prepared.frame.plan.tile_pixels as usize;
+        let most = self.prepared.batches.plan.tile_pixels as usize;
         let left = self.deadline.map(|d| d.saturating_duration_since(Instant::now()).as_secs_f64());
         let samples = match (self.pace, left) {
             (None, None) => return most,

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 pub(super) struct Tally {
     /// Rays traced, reflections, refractions and shadow rays of each depth.
     pub(super) depths: Vec<[u64; 4]>,
-    /// Depth and place in the frame; launches and seconds.
+    /// Depth and row of the pass table; launches and seconds.
     #[serde(with = "rows")]
     pub(super) passes: BTreeMap<(u32, usize), (u64, f64)>,
     pub(super) counters: [u64; abi::COUNTERS as usize],
@@ -65,7 +65,7 @@ impl Tally {
 
     pub(super) fn add_timings(&mut self, timed: &[Timed]) {
         for t in timed {
-            let place = frame_place(t.kernel);
+            let place = place_of(t.kernel);
             let row = self.passes.entry((t.depth, place)).or_default();
             *row = (row.0 + 1, row.1 + t.seconds);
         }
@@ -75,12 +75,12 @@ impl Tally {
         let mut report = Report {
             scene: SceneInfo {
                 file: String::new(),
-                triangles: packed.found.triangles,
-                spheres: packed.found.spheres,
-                lights: packed.found.lights,
+                triangles: packed.scene_features.triangles,
+                spheres: packed.scene_features.spheres,
+                lights: packed.scene_features.lights,
                 local_frame: LocalFrameInfo {
-                    center: packed.frame.center.to_array(),
-                    scale_log2: packed.frame.scale_log2,
+                    center: packed.local_frame.center.to_array(),
+                    scale_log2: packed.local_frame.scale_log2,
                 },
             },
             settings: SettingsInfo::of(settings),
@@ -114,7 +114,7 @@ impl Tally {
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {
-            let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the frame");
+            let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the pass table");
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
                 Size::Rays => at,
@@ -134,8 +134,8 @@ impl Tally {
     }
 }
 
-/// Position of a kernel in the frame.
-fn frame_place(kernel: Kernel) -> usize {
+/// Row of a kernel in the pass table.
+fn place_of(kernel: Kernel) -> usize {
     crate::plan::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
 }
 

@@ -97,8 +97,8 @@ impl<'a> Trial<'a> {
             let device: f64 = traced.passes.values().map(|(_, seconds)| seconds).sum();
             times.push((device, traced.samples));
             tally.add(&traced);
-            let (film, _) = self.prepared.frame.film(band.pixels())?;
-            let sets = self.prepared.frame.plan.specialisation.film_sums() as usize;
+            let (film, _) = self.prepared.batches.film(band.pixels())?;
+            let sets = self.prepared.batches.plan.specialisation.film_sums() as usize;
             linear.extend(film.chunks(sets).map(|pixel| mean(pixel, self.samples)));
             kept.push(band);
         }
@@ -160,17 +160,17 @@ impl<'a> Trial<'a> {
 
     /// So many samples of every pixel of a band, whatever the observer says (bands are short), in as few batches as there is room for.
     fn band(&mut self, band: Tile, samples: u32) -> Result<Tally, RenderError> {
-        let plan = &self.prepared.frame.plan;
+        let plan = &self.prepared.batches.plan;
         let room = plan.tile_pixels.saturating_mul(plan.batch_samples) / band.pixels();
-        self.prepared.frame.batch_samples = room.clamp(1, samples);
+        self.prepared.batches.batch_samples = room.clamp(1, samples);
         loop {
             let total = u64::from(band.pixels()) * u64::from(samples);
-            match self.prepared.frame.samples(&Part::from(&band), 0..samples, &mut Quiet, 0, total)? {
+            match self.prepared.batches.samples(&Part::from(&band), 0..samples, &mut Quiet, 0, total)? {
                 End::Done(_, tally) => return Ok(tally),
-                End::Overflow if self.prepared.frame.batch_samples > 1 => {
-                    self.prepared.frame.batch_samples /= 2
+                End::Overflow if self.prepared.batches.batch_samples > 1 => {
+                    self.prepared.batches.batch_samples /= 2
                 }
-                End::Overflow => return Err(self.prepared.frame.pixel_too_deep(band.x, band.y)),
+                End::Overflow => return Err(self.prepared.batches.pixel_too_deep(band.x, band.y)),
             }
         }
     }

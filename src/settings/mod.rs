@@ -230,7 +230,7 @@ pub struct Schedule {
     /// One kernel for the stages of a depth, as in long renders, where the plan has one.
     pub fused: Option<bool>,
     /// Features that kernels have although the scene lacks them.
-    pub general: ForcedFeatures,
+    pub forced_features: ForcedFeatures,
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ impl Messages {
 
     fn push(&self, message: String) {
         let mut list = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // A broken frame repeats one message per dispatch; the first hundred tell all.
+        // A broken render repeats one message per dispatch; the first hundred tell all.
         if list.len() < 100 {
             list.push(message);
         }

@@ -1,4 +1,4 @@
-//! Pipelines: every kernel of the frame under one specialisation, with its layouts.
+//! Pipelines: every kernel of the pass table under one specialisation, with its layouts.
 
 use super::device::Device;
 use super::error::{VkError, call};

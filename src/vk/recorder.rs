@@ -21,7 +21,7 @@ const UPDATE_WORDS: usize = 16_384;
 /// One dispatch of a pass.
 #[derive(Debug, Clone, Copy)]
 pub struct Dispatch {
-    /// Row of the frame.
+    /// Row of the pass table.
     pub pass: &'static Pass,
     /// Depth of the rays, from 1; 0 outside the per-depth loop.
     pub depth: u32,

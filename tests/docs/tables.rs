@@ -67,8 +67,8 @@ fn the_pass_table_is_the_codes() {
 fn the_buffer_table_is_the_codes() {
     let bytes = |element: &str| element_bytes(element, Precision::Robust);
     let double = |element: &str| element_bytes(element, Precision::Double);
-    // The comment above a buffer's line in abi.rs says what it holds.
-    let source = read("src/kernel/abi.rs");
+    // The comment above a buffer's line in buffers.rs says what it holds.
+    let source = read("src/kernel/abi/buffers.rs");
     let comment = |name: &str| {
         let lines: Vec<&str> = source.lines().collect();
         let at =

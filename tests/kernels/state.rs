@@ -11,7 +11,7 @@ use whitted::reference::twin::single::lib::r#box::{sphere_box, triangle_box};
 use whitted::scene::bounds::Bounds;
 use whitted::settings::sampler::Sampler;
 
-/// What a kernel is compiled for.
+/// Scene and specialisation that kernels are tested with.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant {
     workgroup: u32,
@@ -31,7 +31,7 @@ pub struct Variant {
     outside: bool,
 }
 
-/// Everything on, everything off, the report's way, and what a software device does apart.
+/// All features; few features; fast precision with fixed origins; triangles outside a hierarchy, read as texels.
 pub fn variants() -> [(&'static str, Variant); 4] {
     [
         (
@@ -304,10 +304,39 @@ fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Triangle {
     }
 }
 
-/// Triangles and spheres of many sizes, some sharing edges, some in the coordinate planes.
+/// Triangles and spheres of many sizes in leaf order, with their materials, normals and hierarchy.
 fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
+    let triangles = triangles(rng, v.triangles as usize);
+    let spheres: Vec<Sphere> = (0..v.spheres)
+        .map(|_| Sphere {
+            center: rng.vector(),
+            radius: rng.pick(&[0.2, 0.5, 1e-4, 30.0, 1e4]),
+            ..Sphere::default()
+        })
+        .collect();
+    let order = leaf_order(m, &triangles, &spheres, v);
+    let (of_triangles, of_spheres) = order.split_at(triangles.len());
+    m.triangles = of_triangles.iter().map(|i| triangles[*i as usize]).collect();
+    m.spheres = of_spheres.iter().map(|i| spheres[*i as usize - triangles.len()]).collect();
+    for (id, t) in of_triangles.iter().zip(&mut m.triangles) {
+        (t.material, t.solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
+        (t.id, t.inner_edges) = (*id, *id % 4);
+    }
+    for (id, s) in of_spheres.iter().zip(&mut m.spheres) {
+        (s.material, s.solid) = (rng.below(MATERIALS), 1 + rng.below(SOLIDS));
+        (s.id, s.wide) = (*id, NONE);
+    }
+    extend_spheres(m, rng, if v.wide { m.spheres.len() / 2 } else { 0 });
+    m.flat_normals = (m.triangles.iter())
+        .map(|t| FlatNormal { normal: [t.normal_x, t.normal_y, t.normal_z], pad: 0.0 })
+        .collect();
+    m.corner_normals = m.triangles.iter().map(|t| corner_normals(t, rng)).collect();
+}
+
+/// Triangles of many sizes, some sharing edges, some in the coordinate planes.
+fn triangles(rng: &mut Rng, count: usize) -> Vec<Triangle> {
     let mut triangles: Vec<Triangle> = Vec::new();
-    while triangles.len() < v.triangles as usize {
+    while triangles.len() < count {
         let scale = rng.pick(&[1.0, 0.3, 1e-3, 1e-6, 50.0]);
         let a = Vec3::from(rng.vector());
         let mut corner = || a + scale * Vec3::from(rng.vector());
@@ -327,48 +356,33 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
             _ => triangles.push(triangle(a, b, c)),
         }
     }
-    triangles.truncate(v.triangles as usize);
-    let spheres: Vec<Sphere> = (0..v.spheres)
-        .map(|_| Sphere {
-            center: rng.vector(),
-            radius: rng.pick(&[0.2, 0.5, 1e-4, 30.0, 1e4]),
-            ..Sphere::default()
-        })
-        .collect();
+    triangles.truncate(count);
+    triangles
+}
+
+/// Order of the primitives in the leaves, triangles first. Builds the nodes if the variant has a hierarchy.
+fn leaf_order(m: &mut Memory, triangles: &[Triangle], spheres: &[Sphere], v: Variant) -> Vec<u32> {
     let bounds = |(lo, hi): (Vec3, Vec3)| Bounds { lo: lo.as_dvec3(), hi: hi.as_dvec3() };
     let items: Vec<Item> = triangles
         .iter()
         .map(|t| Item { bounds: bounds(triangle_box(t)), is_sphere: false })
         .chain(spheres.iter().map(|s| Item { bounds: bounds(sphere_box(s)), is_sphere: true }))
         .collect();
-    let order: Vec<u32> = if v.bvh {
-        let built = bvh::build(&items, &Wanted { outside: [v.outside, false], ..Wanted::default() });
-        m.nodes = built.nodes.iter().map(Node::from).collect();
-        // Equally many for every seed, so that one set of buffers serves all.
-        m.nodes.resize(items.len(), Node::default());
-        m.compressed_nodes = built.compressed.as_flattened().to_vec();
-        m.compressed_nodes.resize(8 * items.len(), CompressedChild::default());
-        built.order
-    } else {
+    if !v.bvh {
         m.nodes = vec![Node::default()];
-        (0..items.len() as u32).collect()
-    };
-    let (of_triangles, of_spheres) = order.split_at(triangles.len());
-    m.triangles = of_triangles.iter().map(|i| triangles[*i as usize]).collect();
-    m.spheres = of_spheres.iter().map(|i| spheres[*i as usize - triangles.len()]).collect();
-    for (id, t) in of_triangles.iter().zip(&mut m.triangles) {
-        (t.material, t.solid) = (rng.below(MATERIALS), rng.below(SOLIDS + 1));
-        (t.id, t.inner_edges) = (*id, *id % 4);
+        return (0..items.len() as u32).collect();
     }
-    m.flat_normals = (m.triangles.iter())
-        .map(|t| FlatNormal { normal: [t.normal_x, t.normal_y, t.normal_z], pad: 0.0 })
-        .collect();
-    for (id, s) in of_spheres.iter().zip(&mut m.spheres) {
-        (s.material, s.solid) = (rng.below(MATERIALS), 1 + rng.below(SOLIDS));
-        (s.id, s.wide) = (*id, NONE);
-    }
-    // Every second sphere in double length, large or small, with its box as the stand-in.
-    let count = if v.wide { m.spheres.len() / 2 } else { 0 };
+    let built = bvh::build(&items, &Wanted { outside: [v.outside, false], ..Wanted::default() });
+    m.nodes = built.nodes.iter().map(Node::from).collect();
+    // Equally many for every seed, so that one set of buffers serves all.
+    m.nodes.resize(items.len(), Node::default());
+    m.compressed_nodes = built.compressed.as_flattened().to_vec();
+    m.compressed_nodes.resize(8 * items.len(), CompressedChild::default());
+    built.order
+}
+
+/// Writes the first `count` spheres in double length, large or small, each with its box as the stand-in.
+fn extend_spheres(m: &mut Memory, rng: &mut Rng, count: usize) {
     m.extended_spheres = (0..count)
         .map(|i| {
             let radius = rng.pick(&[1e-5, 1e-3, 1e4, 6e6, 1e9]);
@@ -392,20 +406,18 @@ fn shapes(m: &mut Memory, rng: &mut Rng, v: Variant) {
     if m.extended_spheres.is_empty() {
         m.extended_spheres = vec![ExtendedSphere::default()];
     }
-    m.corner_normals = m
-        .triangles
-        .iter()
-        .map(|t| {
-            let n = Vec3::new(t.normal_x, t.normal_y, t.normal_z);
-            let mut lean = || (n + 0.7 * Vec3::from(rng.vector())).normalize_or(n).to_array();
-            let (a, b, c) = (lean(), lean(), lean());
-            match t.id % 4 {
-                0 => CornerNormals::default(),
-                1 => CornerNormals { a, b: a.map(|x| -x), c },
-                _ => CornerNormals { a, b, c },
-            }
-        })
-        .collect();
+}
+
+/// Normals that lean from the triangle's own; none for some triangles, opposite ones for others.
+fn corner_normals(t: &Triangle, rng: &mut Rng) -> CornerNormals {
+    let n = Vec3::new(t.normal_x, t.normal_y, t.normal_z);
+    let mut lean = || (n + 0.7 * Vec3::from(rng.vector())).normalize_or(n).to_array();
+    let (a, b, c) = (lean(), lean(), lean());
+    match t.id % 4 {
+        0 => CornerNormals::default(),
+        1 => CornerNormals { a, b: a.map(|x| -x), c },
+        _ => CornerNormals { a, b, c },
+    }
 }
 
 /// A sphere with its radius, also where that is written in double length.

@@ -56,10 +56,10 @@ fn rmse2(allocation: &Allocation, picture: &Picture) -> f64 {
 
 /// One run to the target: true error over target, samples.
 fn promise(picture: &Picture, target: f64, seed: u32) -> (f64, f64) {
-    let (side, replicates) = (picture.side, 4);
+    let (side, replicates) = (picture.side, 1);
     let goal = Goal::for_target(target, CONFIDENCE, (side * side) as usize, replicates, 1 << 16);
-    let mut allocation = Allocation::new(side, side, replicates, goal);
-    let mut source = Painter { picture, points: Points::Owen, replicates: 4, seed, traced: 0 };
+    let mut allocation = Allocation::new(side, side, replicates, goal, Caps::default());
+    let mut source = Painter { picture, points: Points::Owen, replicates: 1, seed, traced: 0 };
     let Ok(outcome) = run(&mut allocation, &mut source, |_| true);
     assert_eq!(outcome, Outcome::Reached);
     assert_eq!((source.traced, source.traced), (allocation.samples(), allocation.rays()));
@@ -71,10 +71,12 @@ fn uniform(picture: &Picture, target: f64, seed: u32) -> f64 {
     let all: Vec<u32> = (0..picture.side * picture.side).collect();
     let mut samples = 4;
     loop {
-        let mut source = Painter { picture, points: Points::Owen, replicates: 4, seed, traced: 0 };
+        let mut source = Painter { picture, points: Points::Owen, replicates: 1, seed, traced: 0 };
         let Ok(traced) = source.trace(&all, 0..samples);
-        let noise: Noise = traced.sums.chunks(4).map(|sums| Noise::of(sums, samples)).sum();
-        if noise.bound(4, CONFIDENCE).bound <= target {
+        let mut image = PixelSums::new(picture.side, picture.side, 1);
+        image.add(&all, samples, &traced);
+        let unseen = image.unseen(&Caps::default()).squares(CONFIDENCE);
+        if image.noise().bound(1, CONFIDENCE, unseen).bound <= target {
             return source.traced as f64;
         }
         samples *= 2;
@@ -139,10 +141,10 @@ fn no_pixel_is_biased_by_its_own_samples() {
     let (side, area) = (32, 0.1);
     let picture = dotted(side, area);
     let painter =
-        |seed| Painter { picture: &picture, points: Points::Random, replicates: 4, seed, traced: 0 };
+        |seed| Painter { picture: &picture, points: Points::Random, replicates: 1, seed, traced: 0 };
     let ours = |seed| {
         let goal = Goal { target: Some(0.03), confidence: CONFIDENCE, pilot: 4, most: 64 };
-        let mut allocation = Allocation::new(side, side, 4, goal);
+        let mut allocation = Allocation::new(side, side, 1, goal, Caps::default());
         let Ok(_) = run(&mut allocation, &mut painter(seed), |_| true);
         let counts = &allocation.gathered().samples;
         assert!(counts.iter().max() > counts.iter().min(), "all alike: nothing was decided");
@@ -183,12 +185,12 @@ fn no_pixel_is_biased_by_its_own_samples() {
 #[test]
 fn a_render_in_pieces_is_the_render_in_one() {
     let picture = picture(Kind::Edges, 40, 9);
-    let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
+    let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
     let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, pilot: 16, most: 1024 };
-    let mut whole = Allocation::new(40, 40, 4, goal);
+    let mut whole = Allocation::new(40, 40, 1, goal, Caps::default());
     let Ok(outcome) = run(&mut whole, &mut painter(), |_| true);
     assert_eq!(outcome, Outcome::Reached);
-    let mut parts = Allocation::new(40, 40, 4, goal);
+    let mut parts = Allocation::new(40, 40, 1, goal, Caps::default());
     while let Some(step) = parts.next_step(f64::INFINITY) {
         let Ok(traced) = painter().trace(&step.pixels, step.samples.clone());
         parts.record(&step, &traced);
@@ -204,11 +206,11 @@ fn a_render_in_pieces_is_the_render_in_one() {
 #[test]
 fn a_step_may_be_cut_anywhere() {
     let picture = picture(Kind::Thin, 40, 9);
-    let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
+    let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
     let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, pilot: 16, most: 1024 };
-    let mut whole = Allocation::new(40, 40, 4, goal);
+    let mut whole = Allocation::new(40, 40, 1, goal, Caps::default());
     let Ok(_) = run(&mut whole, &mut painter(), |_| true);
-    let mut cut = Allocation::new(40, 40, 4, goal);
+    let mut cut = Allocation::new(40, 40, 1, goal, Caps::default());
     let (mut traced, mut cuts) = (0, 0);
     for round in 0.. {
         let Some(step) = cut.next_step(f64::INFINITY) else { break };
@@ -223,7 +225,7 @@ fn a_step_may_be_cut_anywhere() {
         let gathered = cut.take_gathered();
         let text = serde_json::to_string(&cut).unwrap();
         cut = serde_json::from_str(&text).unwrap();
-        assert!(cut.put_gathered(gathered));
+        assert!(cut.put_gathered(gathered, Caps::default()));
     }
     assert!(cuts > 3);
     assert_eq!(cut, whole);
@@ -233,9 +235,9 @@ fn a_step_may_be_cut_anywhere() {
 #[test]
 fn a_budget_is_kept_and_spent() {
     let picture = picture(Kind::Edges, 40, 9);
-    let mut source = Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
+    let mut source = Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
     let goal = Goal { target: None, confidence: CONFIDENCE, pilot: 4, most: 64 };
-    let mut allocation = Allocation::new(40, 40, 4, goal);
+    let mut allocation = Allocation::new(40, 40, 1, goal, Caps::default());
     assert_eq!((allocation.next_step(3.0), allocation.outcome()), (None, Outcome::Unfinished));
     assert!(allocation.bound().is_none());
     let mut bounds = Vec::new();
@@ -256,9 +258,9 @@ fn one_pixel_and_a_flat_image_end() {
     for side in [1, 2, 9] {
         let picture = Picture::new(side, [0.5, 0.0, 0.0], Vec::new());
         let mut source =
-            Painter { picture: &picture, points: Points::Owen, replicates: 4, seed: 1, traced: 0 };
+            Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
         let goal = Goal::for_target(1e-6, CONFIDENCE, (side * side) as usize, 4, 256);
-        let mut allocation = Allocation::new(side, side, 4, goal);
+        let mut allocation = Allocation::new(side, side, 1, goal, Caps::default());
         let Ok(outcome) = run(&mut allocation, &mut source, |_| true);
         // What no sample met alone keeps the bound above such a target.
         assert_eq!(outcome, Outcome::Capped);

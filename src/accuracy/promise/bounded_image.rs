@@ -168,7 +168,8 @@ impl Task<'_> {
         };
         let done = samples.done();
         let confidence = self.request.confidence;
-        report.error = (done == 1.0).then(|| budget::budget(&samples, &self.limit, rounding, confidence));
+        report.error =
+            (done == 1.0).then(|| budget::budget(&samples, &self.limit, &self.caps, rounding, confidence));
         let height = samples.samples.len() as u32 / samples.width.max(1);
         let cancelled = self.observer.cancelled();
         let limit = self.limit;

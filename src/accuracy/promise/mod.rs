@@ -21,7 +21,9 @@ pub use bounded_image::{BoundedImage, Layer};
 pub use resume_state::Bounded;
 pub use until_time::LATE;
 
+use super::bright;
 use super::radiance_bound::{RadianceLimit, radiance_limit};
+use super::unseen::Caps;
 use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
 use crate::settings::{Settings, SettingsError};
@@ -93,9 +95,8 @@ impl Request {
     }
 }
 
-/// Replicates of adaptive sampling. Few, since larger sets of samples are spread more evenly; at least three, so
-/// that the variance of a pixel's sum of squares can be estimated.
-pub const REPLICATES: u32 = 4;
+/// Samples of a pixel that is looked at before cuts and precision are chosen, and of every pixel in `--time`.
+pub const LOOK_SAMPLES: u32 = 4;
 /// Most samples of a pixel: the length of the sampler's sequence.
 const MOST_SAMPLES: u32 = 1 << 16;
 /// Greatest depth chosen.
@@ -108,6 +109,7 @@ struct Task<'a> {
     settings: Settings,
     request: Request,
     limit: RadianceLimit,
+    caps: Caps,
     observer: MonotoneProgress<'a>,
 }
 
@@ -168,19 +170,17 @@ impl Renderer {
     ) -> Result<BoundedImage, RenderError> {
         let limit = radiance_limit(scene);
         let observer = MonotoneProgress::new(observer);
-        let mut settings = settings.clone();
+        let settings = settings.clone();
         settings.check()?;
         request.check()?;
         if request.target == Target::Settings {
-            let samples = settings.samples;
-            if settings.replicates < 2 {
-                settings.replicates = replicates(samples, REPLICATES);
-            }
-            if settings.replicates < 2 || !samples.is_multiple_of(settings.replicates) {
-                return Err(SettingsError::Replicates(settings.replicates, samples).into());
+            let (samples, replicates) = (settings.samples, settings.replicates.max(1));
+            if samples < 2 || !samples.is_multiple_of(replicates) {
+                return Err(SettingsError::Replicates(replicates, samples).into());
             }
         }
-        let task = Task { renderer: self, scene, settings, request: *request, limit, observer };
+        let caps = bright::caps(scene, &settings, &limit);
+        let task = Task { renderer: self, scene, settings, request: *request, limit, caps, observer };
         let mut image = match request.target {
             Target::Settings => task.fixed(earlier),
             Target::Error(target) => task.until_error(target, earlier),
@@ -194,9 +194,4 @@ impl Renderer {
         }
         Ok(image)
     }
-}
-
-/// Replicates for `samples` samples of a pixel: the largest number up to `most` that divides them; of a prime, all.
-pub(crate) fn replicates(samples: u32, most: u32) -> u32 {
-    (2..=most.min(samples)).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples)
 }

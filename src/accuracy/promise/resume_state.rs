@@ -1,10 +1,11 @@
 //! What an interrupted `--error` or `--budget` leaves to the one that goes on with it.
 
-use super::rounding::Rounded;
-use super::truncation_choice::Cut;
+use super::rounding::RoundingEstimate;
+use super::truncation_choice::TruncationChoice;
 use super::{Request, Target};
 use crate::accuracy::allocate::Allocation;
 use crate::accuracy::pixel_sums::PixelSums;
+use crate::accuracy::unseen::Caps;
 use crate::render::{Kind, Mismatch, Payload};
 use crate::report::SettingsInfo;
 use serde::{Deserialize, Serialize};
@@ -21,12 +22,12 @@ pub(super) enum Stage {
 /// What `--error` chose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Chosen {
-    pub(super) cut: Cut,
+    pub(super) cut: TruncationChoice,
     /// No deeper cut is to be tried.
     pub(super) last: bool,
     /// In f64, though it was not asked for.
     pub(super) double: bool,
-    pub(super) rounded: Option<Rounded>,
+    pub(super) rounded: Option<RoundingEstimate>,
     pub(super) allocation: Allocation,
 }
 
@@ -52,9 +53,9 @@ impl Bounded {
     }
 
     /// What `--error` chose, with its samples.
-    pub(super) fn into_chosen(mut self) -> Result<Chosen, Mismatch> {
+    pub(super) fn into_chosen(mut self, caps: Caps) -> Result<Chosen, Mismatch> {
         if let (Stage::Error(mut chosen), Some(image)) = (self.stage, self.images.pop())
-            && chosen.allocation.put_gathered(image)
+            && chosen.allocation.put_gathered(image, caps)
         {
             return Ok(*chosen);
         }

@@ -1,18 +1,17 @@
 //! The rounding part of an error that is asked for: the same samples of some pixels in f64.
 
 use super::traced::{Region, Tracing};
-use super::{REPLICATES, Task};
+use super::{LOOK_SAMPLES, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
-use crate::accuracy::sampling::Noise;
 use crate::render::{RenderError, Survey};
 use crate::settings::{Precision, Settings};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// What single precision does, as seen in some samples.
+/// Error of single precision, estimated from the samples of some pixels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Rounded {
+pub(super) struct RoundingEstimate {
     /// RMSE of pixels whose samples all went the same way: it does not average out.
     same_way: f64,
     /// Upper bound on the share of samples that go another way: that of a pixel of n samples changes it
@@ -20,11 +19,11 @@ pub(super) struct Rounded {
     other_way: f64,
     /// Mean square of that difference, as it is at edges.
     contrast: f64,
-    /// Pixels seen of which some sample did.
+    /// Pixels with a sample that went another way.
     pub(super) pixels: u64,
 }
 
-impl Rounded {
+impl RoundingEstimate {
     /// The rounding part of an image, as an RMSE.
     pub(super) fn part(&self, image: &PixelSums) -> f64 {
         let sampled = image.samples.iter().filter(|n| **n > 0);
@@ -74,9 +73,9 @@ impl Task<'_> {
         samples: u64,
         risk: f64,
         by: Option<Instant>,
-    ) -> Result<Option<Rounded>, RenderError> {
+    ) -> Result<Option<RoundingEstimate>, RenderError> {
         if survey.precision() == Precision::Double {
-            return Ok(Some(Rounded::default()));
+            return Ok(Some(RoundingEstimate::default()));
         }
         if !self.renderer.device().has_double() {
             return Ok(None);
@@ -87,7 +86,7 @@ impl Task<'_> {
             None => exact.insert(Survey::new(self.renderer, self.scene, &settings)?),
         };
         let region = Region::of(&self.settings);
-        let places = region.spread((samples / u64::from(REPLICATES)).clamp(1024, 1 << 30) as u32);
+        let places = region.spread((samples / u64::from(LOOK_SAMPLES)).clamp(1024, 1 << 30) as u32);
         let mut see = |survey: &mut Survey| -> Result<PixelSums, RenderError> {
             survey.finish_by(by);
             let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places)?;
@@ -104,10 +103,10 @@ impl Task<'_> {
         for at in (0..seen).filter(|at| budget::same_way(&a.marks[*at], &b.marks[*at])) {
             same += all.pixels[at].powi(2);
         }
-        Ok(Some(Rounded {
+        Ok(Some(RoundingEstimate {
             contrast: contrast(&b),
             same_way: (same / seen.max(1) as f64).sqrt(),
-            other_way: poisson_limit(all.ways, risk) / (seen.max(1) as f64 * f64::from(REPLICATES)),
+            other_way: poisson_limit(all.ways, risk) / (seen.max(1) as f64 * f64::from(LOOK_SAMPLES)),
             pixels: all.ways,
         }))
     }
@@ -121,9 +120,8 @@ fn contrast(seen: &PixelSums) -> f64 {
     let mixed = |at: &usize| seen.marks[*at].hash_least != seen.marks[*at].hash_most;
     let (mut count, mut sum) = (0u32, 0.0);
     for at in (0..seen.samples.len()).filter(mixed) {
-        let each = f64::from(seen.samples[at]) / seen.replicates as f64;
-        // The variance of one sample, from means of `each`.
-        sum += Noise::of(seen.sums_of(at), seen.samples[at]).squares * seen.replicates as f64 * each;
+        // The variance of one sample.
+        sum += seen.noise_of(at).squares * f64::from(seen.samples[at]);
         count += 1;
     }
     if count == 0 { 1.0 } else { (6.0 * sum / f64::from(count)).min(1.0) }

@@ -1,6 +1,6 @@
 //! A survey seen as the source of an allocation, with places in the region for pixels of the image.
 
-use super::REPLICATES;
+use super::LOOK_SAMPLES;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::samples::{Source, Traced};
 use crate::render::{Observer, RenderError, Survey};
@@ -54,13 +54,13 @@ pub(super) struct Tracing<'a> {
 }
 
 impl Tracing<'_> {
-    /// [`REPLICATES`] samples of each of `places`, as an image of their own; of the first of them only if
+    /// [`LOOK_SAMPLES`] samples of each of `places`, as an image of their own; of the first of them only if
     /// cancelled.
     pub(super) fn see(&mut self, places: &[u32]) -> Result<PixelSums, RenderError> {
-        let traced = self.trace(places, 0..REPLICATES)?;
+        let traced = self.trace(places, 0..LOOK_SAMPLES)?;
         let count = traced.marks.len() as u32;
-        let mut seen = PixelSums::new(count, 1, REPLICATES as usize);
-        seen.add(&(0..count).collect::<Vec<_>>(), REPLICATES, &traced);
+        let mut seen = PixelSums::new(count, 1, self.survey.replicates());
+        seen.add(&(0..count).collect::<Vec<_>>(), LOOK_SAMPLES, &traced);
         Ok(seen)
     }
 }

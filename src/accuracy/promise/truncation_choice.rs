@@ -1,7 +1,7 @@
 //! Where paths are cut: the depth and the least throughput, from what a few pixels lose and cost.
 
 use super::traced::Tracing;
-use super::{DEEPEST, REPLICATES};
+use super::{DEEPEST, LOOK_SAMPLES};
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::render::RenderError;
 use serde::{Deserialize, Serialize};
@@ -38,20 +38,20 @@ const LOOK_SHARE: f64 = 0.3;
 /// RMS difference of a pixel to its neighbour that stands for it, as it is in ordinary pictures.
 const NEIGHBOUR: f64 = 0.1;
 
-/// A place to cut paths, and what it does in a few pixels.
+/// A depth and cutoff at which paths are cut, with their effect in a few pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Cut {
+pub(super) struct TruncationChoice {
     pub(super) depth: u32,
     pub(super) cutoff: f32,
     /// Truncation part of the error.
     pub(super) hidden: f64,
     /// Rays of a sample.
     pub(super) rays: f64,
-    /// Root of the expected squared error of [`REPLICATES`] samples a pixel.
+    /// Root of the expected squared error of [`LOOK_SAMPLES`] samples a pixel.
     pub(super) noise: f64,
 }
 
-impl Cut {
+impl TruncationChoice {
     /// What it costs to make the sampling part small enough for the whole to be `target`, but for a
     /// factor: samples go with the -4/3 power of their error (edges; Mitchell, SIGGRAPH 1996).
     fn cost(&self, target: f64) -> f64 {
@@ -59,32 +59,32 @@ impl Cut {
         if left > 0.0 { self.rays * left.powf(-4.0 / 3.0) } else { f64::INFINITY }
     }
 
-    /// Nothing is known of it.
-    pub(super) fn unseen(depth: u32, cutoff: f32) -> Cut {
-        Cut { depth, cutoff, hidden: 0.0, rays: 1.0, noise: 0.0 }
+    /// A depth and cutoff whose effect is not known.
+    pub(super) fn unseen(depth: u32, cutoff: f32) -> TruncationChoice {
+        TruncationChoice { depth, cutoff, hidden: 0.0, rays: 1.0, noise: 0.0 }
     }
 
-    /// The error to expect of so many rays.
+    /// Expected error of an image of `rays` rays.
     fn error(&self, rays: f64, pixels: u32) -> f64 {
         self.hidden + self.sampling(rays, pixels)
     }
 
     /// Its sampling part. Where the rays do not even make a pilot, pixels are as their neighbours.
     fn sampling(&self, rays: f64, pixels: u32) -> f64 {
-        let share = rays / (self.rays * f64::from(pixels) * f64::from(REPLICATES));
+        let share = rays / (self.rays * f64::from(pixels) * f64::from(LOOK_SAMPLES));
         let untraced = (1.0 - share).max(0.0);
         self.noise * share.max(1.0).powf(-0.75) + NEIGHBOUR * untraced.sqrt()
     }
 }
 
-/// What cutting there does in a few pixels; `None` if cancelled or out of time.
+/// Effect of a depth and cutoff in `pixels` pixels; `None` if cancelled or out of time.
 pub(super) fn look(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
     depth: u32,
     cutoff: f32,
     pixels: u32,
-) -> Result<Option<Cut>, RenderError> {
+) -> Result<Option<TruncationChoice>, RenderError> {
     tracing.survey.cut_at(depth, cutoff);
     let places = tracing.region.spread(pixels);
     let seen = tracing.see(&places)?;
@@ -94,20 +94,20 @@ pub(super) fn look(
     }
     let rays: u64 = seen.marks.iter().map(|m| u64::from(m.rays)).sum();
     let noise = seen.noise();
-    Ok(Some(Cut {
+    Ok(Some(TruncationChoice {
         depth,
         cutoff,
         hidden: seen.truncation(limit).rms,
-        rays: rays as f64 / f64::from((count * REPLICATES).max(1)),
+        rays: rays as f64 / f64::from((count * LOOK_SAMPLES).max(1)),
         noise: (noise.squares / f64::from(count.max(1))).sqrt(),
     }))
 }
 
 /// Pixels to look at after `last`, of `pixels`: fewer where samples take many rays.
-fn enough_pixels(pixels: u32, last: Option<&Cut>) -> u32 {
+fn enough_pixels(pixels: u32, last: Option<&TruncationChoice>) -> u32 {
     let rays = last.map_or(1.0, |c| 2.0 * c.rays);
     let most = (PIXEL_SHARE * f64::from(pixels)).clamp(LEAST_PIXELS, f64::from(PIXELS));
-    (LOOK_RAYS / (rays * f64::from(REPLICATES))).clamp(LEAST_PIXELS, most) as u32
+    (LOOK_RAYS / (rays * f64::from(LOOK_SAMPLES))).clamp(LEAST_PIXELS, most) as u32
 }
 
 /// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
@@ -117,8 +117,8 @@ fn ladder(
     limit: &RadianceLimit,
     after: u32,
     cutoff: f32,
-    mut enough: impl FnMut(&[Cut]) -> bool,
-) -> Result<Vec<Cut>, RenderError> {
+    mut enough: impl FnMut(&[TruncationChoice]) -> bool,
+) -> Result<Vec<TruncationChoice>, RenderError> {
     let mut rungs = Vec::new();
     let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
     for (i, &depth) in depths.iter().enumerate() {
@@ -132,7 +132,7 @@ fn ladder(
         let last = &rungs[rungs.len() - 1];
         if last.hidden == 0.0 {
             let beyond = depths[(i + MARGIN).min(depths.len() - 1)];
-            let deeper = Cut { depth: beyond, ..last.clone() };
+            let deeper = TruncationChoice { depth: beyond, ..last.clone() };
             rungs.push(deeper);
             break;
         }
@@ -149,9 +149,9 @@ pub(super) fn for_error(
     limit: &RadianceLimit,
     target: f64,
     after: u32,
-) -> Result<Cut, RenderError> {
+) -> Result<TruncationChoice, RenderError> {
     // Once a rung costs more than the best, deeper ones do too: they hide less, but not less than nothing.
-    let past_best = |rungs: &[Cut]| {
+    let past_best = |rungs: &[TruncationChoice]| {
         let best = rungs.iter().map(|r| r.cost(target)).fold(f64::INFINITY, f64::min);
         rungs.last().is_some_and(|last| last.rays * target.powf(-4.0 / 3.0) > best)
     };
@@ -179,10 +179,10 @@ pub(super) fn for_error(
         }
     }
     let least_hidden = cuts.iter().rev().min_by(|a, b| a.hidden.total_cmp(&b.hidden)).cloned();
-    Ok(best(&cuts, target).cloned().or(least_hidden).unwrap_or(Cut::unseen(1, 0.0)))
+    Ok(best(&cuts, target).cloned().or(least_hidden).unwrap_or(TruncationChoice::unseen(1, 0.0)))
 }
 
-fn best(cuts: &[Cut], target: f64) -> Option<&Cut> {
+fn best(cuts: &[TruncationChoice], target: f64) -> Option<&TruncationChoice> {
     // Of equals the deepest.
     let possible = cuts.iter().rev().filter(|c| c.cost(target).is_finite());
     possible.min_by(|a, b| a.cost(target).total_cmp(&b.cost(target)))
@@ -195,11 +195,11 @@ pub(super) fn for_time(
     limit: &RadianceLimit,
     left: impl Fn() -> f64,
     by: Instant,
-) -> Result<Option<(Cut, f64)>, RenderError> {
+) -> Result<Option<(TruncationChoice, f64)>, RenderError> {
     let all = tracing.region.pixels();
     let brightest = limit.rgb.iter().fold(1.0, |m: f64, c| m.max(*c));
     let cutoff = (NEGLIGIBLE / brightest) as f32;
-    let mut rungs: Vec<Cut> = Vec::new();
+    let mut rungs: Vec<TruncationChoice> = Vec::new();
     // Small looks are slow looks: the device is at least as fast as in the best of them.
     let mut pace = 0.0;
     for (i, depth) in LADDER.into_iter().enumerate() {
@@ -208,7 +208,7 @@ pub(super) fn for_time(
             None => FIRST_PIXELS,
             // Another depth at most doubles the rays of a sample.
             Some(last) => {
-                let rays = 2.0 * last.rays * f64::from(REPLICATES);
+                let rays = 2.0 * last.rays * f64::from(LOOK_SAMPLES);
                 enough_pixels(tracing.region.pixels(), Some(last))
                     .min((LOOK_SHARE * in_time * pace / rays) as u32)
             }
@@ -226,13 +226,13 @@ pub(super) fn for_time(
             Err(error) if error.does_not_fit() && !rungs.is_empty() => break,
             Err(error) => return Err(error),
         };
-        let rays = rung.rays * f64::from(tracing.region.spread(pixels).len() as u32 * REPLICATES);
+        let rays = rung.rays * f64::from(tracing.region.spread(pixels).len() as u32 * LOOK_SAMPLES);
         pace = f64::max(pace, rays / start.elapsed().as_secs_f64());
         let (nothing_hidden, many_rays) = (rung.hidden == 0.0, rung.rays > MOST_RAYS);
         rungs.push(rung.clone());
         if nothing_hidden {
             let beyond = LADDER[(i + MARGIN).min(LADDER.len() - 1)];
-            rungs.push(Cut { depth: beyond, ..rung });
+            rungs.push(TruncationChoice { depth: beyond, ..rung });
             break;
         }
         // Deeper cuts err by their sampling part at least.
@@ -242,7 +242,7 @@ pub(super) fn for_time(
             break;
         }
     }
-    let error = |cut: &Cut| cut.error(pace * left(), all);
+    let error = |cut: &TruncationChoice| cut.error(pace * left(), all);
     let best = rungs.into_iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)));
     Ok(best.map(|cut| (cut, pace)))
 }

@@ -2,10 +2,10 @@
 
 use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Chosen, Stage, options};
-use super::rounding::Rounded;
+use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
-use super::truncation_choice::{self, Cut};
-use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
+use super::truncation_choice::{self, TruncationChoice};
+use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
@@ -36,7 +36,7 @@ impl Task<'_> {
         earlier: Option<ResumeState<Bounded>>,
     ) -> Result<BoundedImage, RenderError> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
-        self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
+        self.settings = Settings { replicates: 1, depth, ..self.settings };
         let asked = self.settings.clone();
         let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
         let identity = survey.identity(&asked, options(&self.request));
@@ -44,7 +44,7 @@ impl Task<'_> {
         let (mut chosen, before) = match earlier {
             Some(state) => {
                 let (samples, before) = survey.take_up(state, &identity)?;
-                (samples.into_chosen()?, before)
+                (samples.into_chosen(self.caps.clone())?, before)
             }
             None => (self.choose(&mut survey, target)?, TimeInfo::default()),
         };
@@ -126,13 +126,17 @@ impl Task<'_> {
         let region = Region::of(&self.settings);
         let confidence = self.sampling_confidence();
         let pixels = region.pixels() as usize;
-        let goal = Goal::for_target(target, confidence, pixels, REPLICATES as usize, MOST_SAMPLES);
-        Allocation::new(region.width, region.height, REPLICATES as usize, goal)
+        let goal = Goal::for_target(target, confidence, pixels, 1, MOST_SAMPLES);
+        Allocation::new(region.width, region.height, 1, goal, self.caps.clone())
     }
 
     /// The rounding part; in f64 where single precision takes too much of the error.
-    fn precision_for(&mut self, survey: &mut Survey, target: f64) -> Result<Option<Rounded>, RenderError> {
-        let whole = u64::from(Region::of(&self.settings).pixels()) * u64::from(REPLICATES);
+    fn precision_for(
+        &mut self,
+        survey: &mut Survey,
+        target: f64,
+    ) -> Result<Option<RoundingEstimate>, RenderError> {
+        let whole = u64::from(Region::of(&self.settings).pixels()) * u64::from(LOOK_SAMPLES);
         // Edges of less than full contrast need less looking. Each look has its part of the risk.
         let looks = [16, 4, 1];
         let risk = (1.0 - self.request.confidence) * ROUNDING_RISK / looks.len() as f64;
@@ -151,19 +155,24 @@ impl Task<'_> {
         if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             *survey = Survey::new(self.renderer, self.scene, &self.settings)?;
-            return Ok(Some(Rounded::default()));
+            return Ok(Some(RoundingEstimate::default()));
         }
         Ok(rounded)
     }
 
-    fn cut_for(&mut self, survey: &mut Survey, target: f64, after: u32) -> Result<Cut, RenderError> {
+    fn cut_for(
+        &mut self,
+        survey: &mut Survey,
+        target: f64,
+        after: u32,
+    ) -> Result<TruncationChoice, RenderError> {
         let region = Region::of(&self.settings);
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if self.request.keep_depth {
             let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
             let cut =
                 truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
-            return Ok(cut.unwrap_or(Cut::unseen(depth, cutoff)));
+            return Ok(cut.unwrap_or(TruncationChoice::unseen(depth, cutoff)));
         }
         truncation_choice::for_error(&mut tracing, &self.limit, target, after)
     }
@@ -209,7 +218,12 @@ impl Task<'_> {
         1.0 - (1.0 - self.request.confidence) * (1.0 - ROUNDING_RISK)
     }
 
-    fn why_not(&self, cut: &Cut, target: f64, rounded: Option<&Rounded>) -> Option<String> {
+    fn why_not(
+        &self,
+        cut: &TruncationChoice,
+        target: f64,
+        rounded: Option<&RoundingEstimate>,
+    ) -> Option<String> {
         let rounding = rounded.map_or(0.0, |r| r.part_at(f64::from(MOST_SAMPLES)));
         if cut.hidden >= target {
             let why = match &self.limit.unbounded {
@@ -240,7 +254,7 @@ enum Sampled {
 fn ahead(chosen: &Chosen, target: f64, pixels: u32) -> f64 {
     let (now, error, goal) = match (chosen.allocation.bound(), chosen.allocation.goal().target) {
         (Some(now), Some(goal)) => (chosen.allocation.samples() as f64, now.bound, goal),
-        _ => (f64::from(pixels) * f64::from(REPLICATES), chosen.cut.noise, target - chosen.cut.hidden),
+        _ => (f64::from(pixels) * f64::from(LOOK_SAMPLES), chosen.cut.noise, target - chosen.cut.hidden),
     };
     if goal > 0.0 { now * (error / goal).max(1.0).powf(4.0 / 3.0).min(1e6) } else { now }
 }

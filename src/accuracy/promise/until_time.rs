@@ -6,8 +6,8 @@
 
 use super::bounded_image::{BoundedImage, Image};
 use super::traced::{Region, Tracing};
-use super::truncation_choice::{self, Cut};
-use super::{DEEPEST, MOST_SAMPLES, REPLICATES, Task};
+use super::truncation_choice::{self, TruncationChoice};
+use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
@@ -73,12 +73,12 @@ impl Task<'_> {
     ) -> Result<BoundedImage, RenderError> {
         self.observer.by_clock(from, seconds);
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
-        self.settings = Settings { replicates: REPLICATES, depth, ..self.settings };
+        self.settings = Settings { replicates: 1, depth, ..self.settings };
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
         let start = Instant::now();
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let black = PixelSums::new(region.width, region.height, REPLICATES as usize);
+        let black = PixelSums::new(region.width, region.height, 1);
         let reserve = closing + output_seconds(&black, &self, layers);
         let mut clock = Clock { from, seconds, reserve };
 
@@ -104,7 +104,7 @@ impl Task<'_> {
             let fixed = (start - from).as_secs_f64() + clock.reserve;
             let needed = fixed + render.as_secs_f64() / pilot.max(1e-3);
             Some(format!(
-                "{seconds} s is too short: {REPLICATES} samples of every pixel take about {needed:.1} s, {fixed:.1} s of \
+                "{seconds} s is too short: {LOOK_SAMPLES} samples of every pixel take about {needed:.1} s, {fixed:.1} s of \
                  which to prepare and to write files; only {:.0} % of the pixels were traced, the rest repeat their \
                  neighbours, and the error is unknown; reduce --size",
                 100.0 * pilot
@@ -116,21 +116,25 @@ impl Task<'_> {
     }
 
     /// Where to cut, from a few pixels, and the pace of the device in rays a second.
-    fn cut_in_time(&mut self, survey: &mut Survey, clock: &Clock) -> Result<(Cut, f64), RenderError> {
+    fn cut_in_time(
+        &mut self,
+        survey: &mut Survey,
+        clock: &Clock,
+    ) -> Result<(TruncationChoice, f64), RenderError> {
         let region = Region::of(&self.settings);
         let by = clock.share(PILOT_SHARE);
         let start = Instant::now();
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if !self.request.keep_depth {
             let found = truncation_choice::for_time(&mut tracing, &self.limit, || clock.left(), by)?;
-            return Ok(found.unwrap_or((Cut::unseen(LEAST_DEPTH, 0.0), 0.0)));
+            return Ok(found.unwrap_or((TruncationChoice::unseen(LEAST_DEPTH, 0.0), 0.0)));
         }
         let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
         tracing.survey.finish_by(Some(by));
         let found =
             truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
-        let Some(cut) = found else { return Ok((Cut::unseen(depth, cutoff), 0.0)) };
-        let rays = cut.rays * f64::from(region.spread(truncation_choice::PIXELS).len() as u32 * REPLICATES);
+        let Some(cut) = found else { return Ok((TruncationChoice::unseen(depth, cutoff), 0.0)) };
+        let rays = cut.rays * f64::from(region.spread(truncation_choice::PIXELS).len() as u32 * LOOK_SAMPLES);
         Ok((cut, rays / start.elapsed().as_secs_f64()))
     }
 
@@ -140,7 +144,7 @@ impl Task<'_> {
         survey: &mut Survey,
         clock: &Clock,
         samples_per_second: f64,
-    ) -> Result<Option<super::rounding::Rounded>, RenderError> {
+    ) -> Result<Option<super::rounding::RoundingEstimate>, RenderError> {
         let share = PILOT_SHARE * clock.left();
         let single = survey.precision() != Precision::Double;
         if single && 2.0 * survey.prepared().as_secs_f64() > share {
@@ -163,8 +167,8 @@ impl Task<'_> {
     ) -> Result<Allocation, RenderError> {
         let region = Region::of(&self.settings);
         let confidence = self.sampling_confidence();
-        let goal = Goal { target: None, confidence, pilot: REPLICATES, most: MOST_SAMPLES };
-        let mut allocation = Allocation::new(region.width, region.height, REPLICATES as usize, goal);
+        let goal = Goal { target: None, confidence, pilot: LOOK_SAMPLES, most: MOST_SAMPLES };
+        let mut allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
         while !self.observer.cancelled() && clock.left() > 0.0 {
             let budget = match allocation.bound() {
                 // Half of the pilot tells what writing the image takes.
@@ -217,7 +221,7 @@ fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
     let _ = crate::image::linear_sha256(&linear);
     let written = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let _ = budget::budget(image, &task.limit, None, task.request.confidence);
+    let _ = budget::budget(image, &task.limit, &task.caps, None, task.request.confidence);
     let known = clock.elapsed().as_secs_f64();
     let mut painted = 0.0;
     if layers > 0 {

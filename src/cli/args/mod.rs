@@ -108,7 +108,7 @@ impl ScheduleArgs {
             // clap lets through only 32, 64, 128 and 256.
             workgroup: self.workgroup.as_deref().and_then(|n| n.parse().ok()),
             hierarchy: self.bvh,
-            general: self.general.unwrap_or_default(),
+            forced_features: self.forced_features.unwrap_or_default(),
             ..Schedule::default()
         }
     }
@@ -149,8 +149,8 @@ pub struct ScheduleArgs {
     #[arg(long, value_name = "WHICH", default_value = "balanced")]
     pub bvh: Hierarchy,
     /// Features that kernels have although the scene lacks them, separated by commas, or `all`: for tests
-    #[arg(long, value_name = "FEATURES", hide = true)]
-    pub general: Option<ForcedFeatures>,
+    #[arg(long = "general", value_name = "FEATURES", hide = true)]
+    pub forced_features: Option<ForcedFeatures>,
 }
 
 /// Messages on standard error.

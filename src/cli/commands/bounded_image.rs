@@ -1,6 +1,6 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
-use crate::accuracy::promise::{self, BoundedImage, Layer, Request, Target};
+use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
@@ -16,12 +16,6 @@ use anyhow::Context;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Default number of replicates, at most: few, since larger sets of samples are spread more evenly.
-const REPLICATES: u32 = 4;
-/// The same for `--aov sampling`: with fewer replicates, the intervals of pixels do not reach their
-/// confidence.
-const REPLICATES_OF_PIXELS: u32 = 16;
-
 /// True if any option concerns the image's error.
 pub(super) fn is_wanted(args: &RenderArgs) -> bool {
     let a = &args.accuracy;
@@ -30,7 +24,7 @@ pub(super) fn is_wanted(args: &RenderArgs) -> bool {
 
 /// Sets the replicates of a render without an error estimate.
 pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
-    settings.replicates = replicates(args.accuracy.replicates, 1, settings.samples)?;
+    settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
     Ok(())
 }
 
@@ -49,11 +43,7 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
                     .into(),
             ));
         }
-        let most = if a.aov.contains(&Layer::Sampling) { REPLICATES_OF_PIXELS } else { REPLICATES };
-        settings.replicates = replicates(a.replicates, most, settings.samples)?;
-        if settings.replicates < 2 {
-            return Err(Failure::Usage("an error estimate needs --replicates 2 or more".into()));
-        }
+        settings.replicates = replicates(a.replicates, settings.samples)?;
     }
     Ok(Request {
         target,
@@ -63,14 +53,12 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
     })
 }
 
-/// The number asked for, or the largest up to `most` that divides `samples`; `samples` itself if
-/// there is none.
-fn replicates(asked: Option<u32>, most: u32, samples: u32) -> Result<u32, Failure> {
+/// The number asked for, or 1.
+fn replicates(asked: Option<u32>, samples: u32) -> Result<u32, Failure> {
     match asked {
         Some(r) if samples.is_multiple_of(r) => Ok(r),
         Some(r) => Err(Failure::Usage(format!("--replicates {r} does not divide --samples {samples}"))),
-        None if most == 1 => Ok(1),
-        None => Ok(promise::replicates(samples, most)),
+        None => Ok(1),
     }
 }
 

@@ -83,7 +83,8 @@ fn report(path: &Path) -> Result<Report, Failure> {
 
 /// Rejects a report of another device, scene or precision.
 fn check(report: &Report, now: &ExplainedPlan, packed: &Packed) -> Result<(), Failure> {
-    let counts = [packed.found.triangles, packed.found.spheres, packed.found.lights];
+    let counts =
+        [packed.scene_features.triangles, packed.scene_features.spheres, packed.scene_features.lights];
     let then = [report.scene.triangles, report.scene.spheres, report.scene.lights];
     let differs = if report.device.name != now.device.name {
         Some(format!("device ({})", report.device.name))

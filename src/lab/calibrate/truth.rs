@@ -4,6 +4,7 @@
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
+use crate::accuracy::unseen::Caps;
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -112,7 +113,7 @@ pub fn find(
     }
     let Settings { width, height, depth, cutoff, .. } = *survey.settings();
     let goal = Goal { target: Some(target), confidence: 0.5, pilot: LEAST_SAMPLES, most: MOST_SAMPLES };
-    let mut allocation = Allocation::new(width, height, REPLICATES as usize, goal);
+    let mut allocation = Allocation::new(width, height, REPLICATES as usize, goal, Caps::default());
     while let Some(step) = allocation.next_step(f64::INFINITY) {
         let traced = survey.trace(&step.pixels, step.samples.clone(), observer)?;
         if traced.marks.len() < step.pixels.len() || observer.cancelled() {

@@ -158,20 +158,20 @@ impl<'t> Harness<'t> {
         Ok([run(true)?, run(false)?])
     }
 
-    /// The frame that the kernels see the scene in.
-    pub fn frame(&self, scene: &Scene) -> LocalFrame {
-        self.tracer.frame(scene)
+    /// The local frame that the kernels see the scene in.
+    pub fn local_frame(&self, scene: &Scene) -> LocalFrame {
+        self.tracer.local_frame(scene)
     }
 
     /// A world point as the kernels hold it: local, rounded to their precision.
     pub fn local(&self, scene: &Scene, world: DVec3) -> DVec3 {
-        self.round(self.frame(scene).point(world))
+        self.round(self.local_frame(scene).point(world))
     }
 
     /// A sphere as the kernels hold it (centre, radius, whether in two numbers for one), in local
     /// coordinates.
     pub fn local_sphere(&self, scene: &Scene, sphere: usize) -> (DVec3, f64, bool) {
-        let (frame, s) = (self.frame(scene), scene.spheres[sphere]);
+        let (frame, s) = (self.local_frame(scene), scene.spheres[sphere]);
         let (center, radius) = (frame.point(s.center), frame.length(s.radius));
         if !SINGLE_RADII.contains(&radius) {
             return (center, radius, true);

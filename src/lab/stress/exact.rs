@@ -10,7 +10,7 @@ pub type Corners = [DVec3; 3];
 /// All triangles in scene order, rounded as in the kernels.
 pub fn local_triangles(h: &Harness<'_>, scene: &Scene) -> Vec<Corners> {
     // Computed once, since it visits every vertex.
-    let frame = h.frame(scene);
+    let frame = h.local_frame(scene);
     let local = |v: &DVec3| h.round(frame.point(*v));
     let mut all = Vec::with_capacity(scene.triangle_count());
     for p in &scene.polygons {

@@ -325,7 +325,7 @@ fn nested(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     for i in 0..64 {
         scene.spheres.push(sphere([0.0; 3], 2f64.powi(-i), 0));
     }
-    let frame = h.frame(&scene);
+    let frame = h.local_frame(&scene);
     let center = frame.point(DVec3::ZERO);
     let mut random = Random::new(120);
     let mut rays = Vec::new();

@@ -113,7 +113,7 @@ fn inverse_square(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         scene.lights = vec![light(p.to_array(), 1.0)];
         let scene = crate::scene::procedural::shapes::moved(&scene, 1.0, far);
         let to_light = h.local(&scene, scene.lights[0].position) - h.local(&scene, far);
-        let p = to_light / h.frame(&scene).length(1.0);
+        let p = to_light / h.local_frame(&scene).length(1.0);
         let expected = p.z / p.length().powi(3);
         let error = (middle(h, &scene, 1)? - expected).abs() / expected;
         figure = worst(figure, error, "relative error");

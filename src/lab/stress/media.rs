@@ -52,7 +52,7 @@ pub const CASES: &[Case] = &[
 /// Rays from above through the origin, `cosine` at least 0.1.
 fn slanted(h: &mut Harness<'_>, scene: &Scene, from: f64, count: usize) -> Vec<ProbeRay> {
     let mut random = Random::new(41);
-    let frame = h.frame(scene);
+    let frame = h.local_frame(scene);
     (0..count)
         .map(|_| {
             let c = random.range(0.1, 1.0);
@@ -72,7 +72,7 @@ fn slab(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         let n = f64::from(n as f32);
         let mut scene = empty(vec![glass(n, Fresnel::Constant(0.0))]);
         scene.meshes = vec![cuboid(DVec3::new(-8.0, -8.0, -0.25), DVec3::new(8.0, 8.0, 0.25), 0)];
-        let thickness = h.frame(&scene).length(0.5);
+        let thickness = h.local_frame(&scene).length(0.5);
         let rays = slanted(h, &scene, 0.25, 4000);
         let offsets: Vec<f64> =
             h.probe(&scene, &rays)?.hits.iter().map(|x| x.map_or(0.0, |x| x.offset.length())).collect();
@@ -107,7 +107,7 @@ fn ball_lens(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
         // With one sphere only, the camera determines the local frame.
         scene.camera.look_from = DVec3::Z * 2.0;
         scene.camera.look_at = DVec3::ZERO;
-        let frame = h.frame(&scene);
+        let frame = h.local_frame(&scene);
         let centre = h.local(&scene, DVec3::ZERO);
         let mut random = Random::new(42);
         let rays: Vec<ProbeRay> = (0..4000)

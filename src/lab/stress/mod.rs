@@ -7,7 +7,7 @@ mod case;
 mod contact;
 mod duplicates;
 mod exact;
-mod frame;
+mod local_frame;
 mod hierarchy;
 mod leaks;
 mod lighting;
@@ -30,7 +30,7 @@ pub use tracer::{Picture, Tracer, Twins};
 /// All cases, in the order in which they run.
 pub fn cases() -> Vec<Case> {
     [
-        frame::CASES,
+        local_frame::CASES,
         triangles::CASES,
         spheres::CASES,
         contact::CASES,

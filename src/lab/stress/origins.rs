@@ -267,7 +267,7 @@ fn mirrored_below(h: &mut Harness<'_>) -> Result<usize, RenderError> {
             let n = random.direction();
             let side = n.cross(random.direction()).normalize();
             let d = (side - n * random.unit().powi(4)).normalize();
-            let p = h.frame(&scene).point(n * 0.97);
+            let p = h.local_frame(&scene).point(n * 0.97);
             ProbeRay::new(h.round(p - d * 1.5), h.round(d))
         })
         .collect();

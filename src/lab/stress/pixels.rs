@@ -72,6 +72,6 @@ pub fn sphere_hit(o: DVec3, d: DVec3, c: DVec3, r: f64) -> Option<f64> {
 /// for all other roundings: 4u |p| + 12u * 2 ext along each axis of a frame of radius 1
 /// (numerics.md, Spawn origins) is under 64u.
 pub fn blur(h: &Harness<'_>, scene: &Scene, footprint: f64) -> f64 {
-    let radius = 2f64.powi(-h.frame(scene).scale_log2);
+    let radius = 2f64.powi(-h.local_frame(scene).scale_log2);
     0.02 + 64.0 * h.u() * radius / footprint
 }

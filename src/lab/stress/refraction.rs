@@ -66,7 +66,7 @@ fn equal_indices(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let (mut wrong, mut crossed) = (0, 0);
     for (scene, media) in [(air, [0, 0]), (immersed, [1, 0])] {
         let mut random = Random::new(31);
-        let frame = h.frame(&scene);
+        let frame = h.local_frame(&scene);
         let rays: Vec<ProbeRay> = (0..8000)
             .map(|i| {
                 let from = if media[0] == 0 { random.direction() * 3.0 } else { DVec3::splat(-0.6) };
@@ -168,7 +168,7 @@ fn random_crossings(
     let mut scene = empty(vec![glass(n, law)]);
     scene.spheres = vec![sphere([0.0; 3], 1.0, 0)];
     let mut random = Random::new(33);
-    let frame = h.frame(&scene);
+    let frame = h.local_frame(&scene);
     let rays: Vec<ProbeRay> = (0..count)
         .map(|i| {
             let inside = i % 2 == 0;

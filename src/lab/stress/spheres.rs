@@ -240,7 +240,7 @@ fn roots(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 fn two_roots(h: &mut Harness<'_>) -> Result<f64, RenderError> {
     let mut scene = empty(vec![glass(1.5, Fresnel::Exact)]);
     scene.spheres = vec![sphere([0.0; 3], 1.0, 0), sphere([0.0, 0.0, 3.0], 1.0, 0)];
-    let frame = h.frame(&scene);
+    let frame = h.local_frame(&scene);
     let mut ray = ProbeRay::new(h.local(&scene, DVec3::new(0.0, 0.0, -5.0)), DVec3::Z);
     // Each new ray starts at the ray offset, 16u (|c| + r), which the chord does not contain.
     let reach = (0..2).map(|i| h.local_sphere(&scene, i)).map(|s| s.0.length() + s.1).fold(0.0, f64::max);

@@ -78,7 +78,7 @@ fn tiny_triangle(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut worst = Figure::new(0.0, 4.0 * h.u(), "relative error of t");
     for s in [2e-4, 1e-10, 1e-18] {
         let scene = one_mesh(vec![DVec3::ZERO, DVec3::X * s, DVec3::Y * s], &[[0, 1, 2]]);
-        let frame = h.frame(&scene);
+        let frame = h.local_frame(&scene);
         let origin = h.local(&scene, DVec3::new(s / 3.0, s / 3.0, -1.0));
         let hit = h.probe(&scene, &[ProbeRay::new(origin, DVec3::Z)])?.hits[0];
         let t = hit.map_or(f64::NAN, |h| h.t);
@@ -209,7 +209,7 @@ fn no_area(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let ray = |h: &Harness<'_>, scene: &Scene| {
         let o = DVec3::new(-1081.47925, 99.9999542, 87.7701111);
         let d = DVec3::new(-32.1072998, -183.355865, -144.607635);
-        let scale = h.frame(scene).length(1.0);
+        let scale = h.local_frame(scene).length(1.0);
         ProbeRay::new(h.local(scene, o), h.round(d * scale))
     };
     let rays = [ray(h, &alone)];
@@ -307,7 +307,7 @@ fn in_plane(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
 fn hit_point(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let place = DVec3::new(98304.7531, -50000.2718, 70000.5772);
     let scene = one_mesh([DVec3::ZERO, DVec3::X, DVec3::Y].map(|v| v + place).to_vec(), &[[0, 1, 2]]);
-    let frame = h.frame(&scene);
+    let frame = h.local_frame(&scene);
     let scale = frame.length(1.0);
     let (origin, corner) = (h.local(&scene, place - DVec3::Z), frame.point(place));
     let grid = |i: usize| (i % 16) as f64 / 32.0 + 1.0 / 64.0;

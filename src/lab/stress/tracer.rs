@@ -33,7 +33,7 @@ pub trait Tracer {
     /// primitives.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
     /// The local frame of `scene` in the kernels.
-    fn frame(&self, scene: &Scene) -> LocalFrame {
+    fn local_frame(&self, scene: &Scene) -> LocalFrame {
         LocalFrame::of(scene)
     }
 }
@@ -57,8 +57,8 @@ impl Tracer for Renderer {
         Renderer::force_brute_force(self, brute_force);
     }
 
-    fn frame(&self, scene: &Scene) -> LocalFrame {
-        Renderer::frame(self, scene)
+    fn local_frame(&self, scene: &Scene) -> LocalFrame {
+        Renderer::local_frame(self, scene)
     }
 }
 

@@ -115,7 +115,7 @@ fn total(parts: Vec<Figure>, of: usize) -> Figure {
 fn watertight(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let scene = of_meshes(vec![ball(16, DVec3::ZERO, 1.0, 5.0)]);
     let mut random = Random::new(2);
-    let (frame, local) = (h.frame(&scene), local_triangles(h, &scene));
+    let (frame, local) = (h.local_frame(&scene), local_triangles(h, &scene));
     let mut rays = Vec::new();
     for i in 0..90_000 {
         // Well inside: the mesh is nowhere closer to its centre than 1.
@@ -141,7 +141,7 @@ fn far_watertight(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let (mut parts, mut count) = (Vec::new(), 0);
     for (which, scene) in scenes.iter().enumerate() {
         let mut random = Random::new(3);
-        let (frame, local) = (h.frame(scene), local_triangles(h, scene));
+        let (frame, local) = (h.local_frame(scene), local_triangles(h, scene));
         let mut rays = Vec::new();
         for i in 0..24_000 {
             let cube =

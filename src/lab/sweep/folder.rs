@@ -3,8 +3,8 @@
 
 use super::record::Record;
 use super::row::Row;
-use super::trace::SweepError;
 use super::truth::{Identity, Truth};
+use super::truth_tracer::SweepError;
 use crate::atomic_file;
 use crate::image::{Format, Metadata, View};
 use crate::render::Rendered;

@@ -12,10 +12,10 @@ pub mod record;
 pub mod row;
 mod run;
 mod timing;
-mod trace;
 pub mod truth;
+mod truth_tracer;
 
 pub use plan::{Plan, Watch};
 pub use record::Record;
 pub use run::run;
-pub use trace::SweepError;
+pub use truth_tracer::SweepError;

@@ -7,7 +7,7 @@ use super::page;
 use super::plan::{Plan, Watch};
 use super::point::{Law, Point};
 use super::record::Record;
-use super::trace::SweepError;
+use super::truth_tracer::SweepError;
 use crate::render::Renderer;
 use crate::report::{DeviceInfo, ProgramInfo};
 use crate::scene::{Fresnel, Scene};

@@ -6,7 +6,7 @@ use super::point::Point;
 use super::record::Record;
 use super::row::{Measured, Row, Spread};
 use super::run::Work;
-use super::trace::SweepError;
+use super::truth_tracer::SweepError;
 use crate::render::{Observer, Rendered, Renderer};
 use crate::units::{plural, seconds};
 use std::time::Instant;

@@ -22,23 +22,23 @@ pub fn explain(
     limits: &Limits,
     plan: Option<&Plan>,
 ) -> ExplainedPlan {
-    let reach = &packed.reach;
+    let max_depth = &packed.max_depth;
     ExplainedPlan {
         program: ProgramInfo::default(),
         device: device.clone(),
         scene: scene.into(),
         settings: SettingsInfo::of(settings),
-        found: packed.found,
+        scene_features: packed.scene_features,
         features: features(packed),
         local_frame: LocalFrameInfo {
-            center: packed.frame.center.to_array(),
-            scale_log2: packed.frame.scale_log2,
+            center: packed.local_frame.center.to_array(),
+            scale_log2: packed.local_frame.scale_log2,
         },
-        reach: MaxDepthInfo {
+        max_depth: MaxDepthInfo {
             asked: settings.depth,
-            last: reach.last_depth(settings.depth, settings.cutoff),
-            weight: reach.weight,
-            why: reach.words(settings.depth, settings.cutoff),
+            last: max_depth.last_depth(settings.depth, settings.cutoff),
+            weight: max_depth.weight,
+            why: max_depth.words(settings.depth, settings.cutoff),
         },
         search: search(packed),
         plan: plan.map(|p| planned(settings, limits, p)),
@@ -53,7 +53,7 @@ pub fn explain(
 }
 
 fn features(packed: &Packed) -> Vec<FeatureRow> {
-    let f = &packed.found;
+    let f = &packed.scene_features;
     let row = |name, found, detail| FeatureRow { name, found, detail };
     let count = |name, count: u64, noun: &str| row(name, count > 0, plural(count, noun));
     let is =
@@ -96,7 +96,7 @@ fn features(packed: &Packed) -> Vec<FeatureRow> {
 }
 
 fn search(packed: &Packed) -> SearchInfo {
-    let (count, max) = (grouped(packed.found.primitives()), packed.brute_force_max);
+    let (count, max) = (grouped(packed.scene_features.primitives()), packed.brute_force_max);
     if packed.bvh_depth == 0 {
         return SearchInfo {
             kind: "brute force",
@@ -106,12 +106,15 @@ fn search(packed: &Packed) -> SearchInfo {
         };
     }
     let outside = match packed.outside {
-        [true, _] if packed.found.triangles > 0 => "; the few triangles are tested outside it",
-        [_, true] if packed.found.spheres > 0 => "; the few spheres are tested outside it",
+        [true, _] if packed.scene_features.triangles > 0 => "; the few triangles are tested outside it",
+        [_, true] if packed.scene_features.spheres > 0 => "; the few spheres are tested outside it",
         _ => "",
     };
-    let most =
-        if packed.found.primitives() > max as u64 { "more than" } else { "forced although not more than" };
+    let most = if packed.scene_features.primitives() > max as u64 {
+        "more than"
+    } else {
+        "forced although not more than"
+    };
     SearchInfo {
         kind: "hierarchy",
         nodes: match packed.compressed_nodes.len() {

@@ -11,11 +11,11 @@ fn plan(name: &str, depth: u32) -> Plan {
     planned(name, depth, ForcedFeatures::default().with(Feature::SplitKernels))
 }
 
-fn planned(name: &str, depth: u32, general: ForcedFeatures) -> Plan {
+fn planned(name: &str, depth: u32, forced_features: ForcedFeatures) -> Plan {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let scene = Scene::load(&path).expect("a scene");
     let mut settings = Settings { depth, ..Settings::of(&scene) };
-    settings.schedule.general = general;
+    settings.schedule.forced_features = forced_features;
     settings.schedule.fused = Some(true);
     Plan::new(&pack_for(&scene, &settings, &Limits::LAVAPIPE), &settings, &Limits::LAVAPIPE).expect("a plan")
 }

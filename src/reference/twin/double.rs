@@ -1,7 +1,7 @@
 //! The twins in double precision: the same files.
 
-#[path = "frame.rs"]
-pub mod frame;
+#[path = "batches.rs"]
+pub mod batches;
 #[path = "gather.rs"]
 pub mod gather;
 #[path = "generate.rs"]
@@ -16,6 +16,8 @@ pub mod memory;
 pub mod place;
 #[path = "resolve.rs"]
 pub mod resolve;
+#[path = "run.rs"]
+mod run;
 #[path = "scan.rs"]
 pub mod scan;
 #[path = "shade.rs"]
@@ -35,7 +37,7 @@ pub mod structs {
     // Structs of words alone are one type for both precisions.
     pub use crate::kernel::abi::{Push, Queue};
 }
-pub use frame::render;
+pub use batches::render;
 pub use memory::Memory;
 
 use crate::settings::Precision;

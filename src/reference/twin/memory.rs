@@ -1,20 +1,18 @@
-//! The buffers of a plan in host memory, and the pass that runs on them.
+//! The buffers of a plan in host memory.
 
 use super::real::Real;
 use super::structs::{
     Camera, Contribution, CornerNormals, DepthCount, ExtendedSphere, Film, FlatNormal, Hit, Light, Mark,
-    Material, Node, Path, Push, Queue, Ray, Sphere, Surface, Triangle,
+    Material, Node, Path, Queue, Ray, Sphere, Surface, Triangle,
 };
 use super::{PRECISION, from_host};
-use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
 use crate::kernel::abi::double::Camera as HostCamera;
-use crate::kernel::abi::{BUFFERS, Buf, Specialisation};
-use crate::kernel::table::Kernel;
+use crate::kernel::abi::{BUFFERS, Buf};
 use crate::prepare::Packed;
 
 macro_rules! memory {
     ($($field:ident / $variant:ident: $element:ty;)*) => {
-        /// Every buffer of the frame, under its kernel name.
+        /// Every buffer of the passes, under its kernel name.
         #[derive(Debug, Clone)]
         pub struct Memory {
             $(
@@ -95,134 +93,5 @@ impl Memory {
         std::mem::swap(&mut self.rays, &mut self.next_rays);
         std::mem::swap(&mut self.media, &mut self.next_media);
         std::mem::swap(&mut self.queue, &mut self.next_queue);
-    }
-
-    /// Runs one kernel. Its arguments are its bindings, in the kernel's order.
-    pub fn run(&mut self, kernel: Kernel, spec: &Specialisation, push: &Push) {
-        let m = self;
-        match kernel {
-            Kernel::Generate => generate::generate(
-                spec,
-                push,
-                &m.camera,
-                &m.eye_media,
-                &m.pixels,
-                &mut m.rays,
-                &mut m.media,
-                &mut m.paths,
-            ),
-            Kernel::Intersect => intersect::intersect(
-                spec,
-                &m.triangles,
-                &m.spheres,
-                &m.extended_spheres,
-                &m.nodes,
-                &m.rays,
-                &m.queue,
-                &mut m.hits,
-                &mut m.counters,
-            ),
-            Kernel::Shade => shade::shade(
-                spec,
-                push,
-                &m.triangles,
-                &m.flat_normals,
-                &m.corner_normals,
-                &m.spheres,
-                &m.extended_spheres,
-                &m.materials,
-                &m.solid_iors,
-                &m.solid_priorities,
-                &m.rays,
-                &m.media,
-                &m.queue,
-                &m.hits,
-                &mut m.surfaces,
-                &mut m.child_counts,
-                &mut m.paths,
-            ),
-            Kernel::Scan => scan::scan(
-                spec,
-                push,
-                &m.queue,
-                &m.child_counts,
-                &m.child_masks,
-                &mut m.offsets,
-                &mut m.next_queue,
-                &mut m.depth_counts,
-                &mut m.counters,
-            ),
-            Kernel::Spawn => spawn::spawn(
-                spec,
-                &m.camera,
-                &m.materials,
-                &m.rays,
-                &m.media,
-                &m.queue,
-                &m.next_queue,
-                &m.surfaces,
-                &m.offsets,
-                &mut m.next_rays,
-                &mut m.next_media,
-                &mut m.counters,
-            ),
-            Kernel::Shadow => shadow::shadow(
-                spec,
-                push,
-                &m.camera,
-                &m.triangles,
-                &m.spheres,
-                &m.extended_spheres,
-                &m.nodes,
-                &m.materials,
-                &m.lights,
-                &m.rays,
-                &m.queue,
-                &m.surfaces,
-                &mut m.contributions,
-                &mut m.sample_radiance,
-                &mut m.paths,
-                &mut m.depth_counts,
-                &mut m.counters,
-            ),
-            Kernel::Gather => {
-                gather::gather(&m.queue, &m.contributions, &mut m.sample_radiance, &mut m.counters);
-            }
-            // No part of a frame: `crate::render::self_test` judges what it writes.
-            Kernel::Selftest => {}
-            Kernel::Trace => trace::trace(
-                spec,
-                push,
-                &m.camera,
-                &m.triangles,
-                &m.flat_normals,
-                &m.corner_normals,
-                &m.spheres,
-                &m.extended_spheres,
-                &m.nodes,
-                &m.materials,
-                &m.lights,
-                &m.solid_iors,
-                &m.solid_priorities,
-                &m.rays,
-                &mut m.next_rays,
-                &m.media,
-                &mut m.next_media,
-                &m.queue,
-                &mut m.child_masks,
-                &m.ray_indices,
-                &mut m.contributions,
-                &mut m.sample_radiance,
-                &mut m.paths,
-                &mut m.depth_counts,
-                &mut m.counters,
-            ),
-            Kernel::Place => {
-                place::place(spec, &m.queue, &m.next_queue, &m.child_masks, &m.offsets, &mut m.ray_indices)
-            }
-            Kernel::Resolve => {
-                resolve::resolve(spec, push, &m.sample_radiance, &m.paths, &mut m.film, &mut m.marks);
-            }
-        }
     }
 }

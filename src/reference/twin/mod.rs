@@ -15,7 +15,7 @@ use crate::prepare::Packed;
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 
-/// What the frame counted.
+/// Rays and events that a render counted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counts {
     /// Per depth: rays traced, reflection and refraction rays among them, shadow rays.

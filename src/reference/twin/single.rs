@@ -1,7 +1,7 @@
 //! The twins in single precision.
 
-#[path = "frame.rs"]
-pub mod frame;
+#[path = "batches.rs"]
+pub mod batches;
 #[path = "gather.rs"]
 pub mod gather;
 #[path = "generate.rs"]
@@ -16,6 +16,8 @@ pub mod memory;
 pub mod place;
 #[path = "resolve.rs"]
 pub mod resolve;
+#[path = "run.rs"]
+mod run;
 #[path = "scan.rs"]
 pub mod scan;
 #[path = "shade.rs"]
@@ -32,7 +34,7 @@ pub mod real;
 mod words;
 
 pub use crate::kernel::abi::single as structs;
-pub use frame::render;
+pub use batches::render;
 pub use memory::Memory;
 pub use words::POISON;
 

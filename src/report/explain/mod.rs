@@ -22,13 +22,15 @@ pub struct ExplainedPlan {
     /// The settings in force.
     pub settings: SettingsInfo,
     /// Features of the scene.
-    pub found: SceneFeatures,
+    #[serde(rename = "found")]
+    pub scene_features: SceneFeatures,
     /// The same in words, one row per feature, absent ones included.
     pub features: Vec<FeatureRow>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
     /// Greatest depth of a ray.
-    pub reach: MaxDepthInfo,
+    #[serde(rename = "reach")]
+    pub max_depth: MaxDepthInfo,
     /// How the closest hit is found.
     pub search: SearchInfo,
     /// Kernels, sizes and buffers; null if the device cannot hold them.

@@ -59,8 +59,8 @@ fn features(o: &ExplainedPlan) -> String {
     if o.search.nodes > 0 {
         search += &format!("; {}, {}", plural(o.search.nodes, "node"), plural(o.search.depth, "level"));
     }
-    let reach = format!("max depth  {} of {}: {}", o.reach.last, o.reach.asked, o.reach.why);
-    format!("{table}\n{search}\n{reach}\n")
+    let max_depth = format!("max depth  {} of {}: {}", o.max_depth.last, o.max_depth.asked, o.max_depth.why);
+    format!("{table}\n{search}\n{max_depth}\n")
 }
 
 fn kernels(p: &Planned) -> String {

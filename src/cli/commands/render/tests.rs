@@ -85,7 +85,7 @@ fn options_override_the_scene() {
         batch_samples: Some(3),
         workgroup: Some(128),
         hierarchy: Hierarchy::Best,
-        general: "spheres,hierarchy".parse().unwrap(),
+        forced_features: "spheres,hierarchy".parse().unwrap(),
         ..Schedule::default()
     };
     let want = Settings {

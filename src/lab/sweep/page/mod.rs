@@ -9,7 +9,7 @@ mod tables;
 
 use super::folder::Folder;
 use super::record::Record;
-use super::trace::SweepError;
+use super::truth_tracer::SweepError;
 use crate::image::{Metadata, png8};
 use crate::lab::plot;
 use glam::DVec3;

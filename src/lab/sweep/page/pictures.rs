@@ -7,7 +7,7 @@ use crate::image::{Metadata, code8, png8};
 use crate::lab::sweep::folder::Folder;
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
-use crate::lab::sweep::trace::SweepError;
+use crate::lab::sweep::truth_tracer::SweepError;
 use crate::units::seconds;
 use glam::DVec3;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The frame on the CPU: the passes of a plan, tile by tile and batch by batch, as `render` records them.
+//! A render on the CPU: the passes of a plan, tile by tile and batch by batch, as `render` records them.
 
 use super::super::Counts;
 use super::memory::Memory;
@@ -91,7 +91,7 @@ fn batch(
     samples: u32,
 ) {
     let (Tile { x, y, width, .. }, pixels) = (*tile, tile.pixels());
-    let last_depth = plan.reach.last_depth(settings.depth, settings.cutoff);
+    let last_depth = plan.max_depth.last_depth(settings.depth, settings.cutoff);
     let range = (0, settings.samples);
     let batch = Batch { x, y, width, pixels, first_sample, samples, range, last_depth };
     let push = batch.push(plan, settings);
