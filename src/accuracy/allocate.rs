@@ -39,7 +39,9 @@ pub struct Goal {
     pub target: Option<f64>,
     /// With this confidence.
     pub confidence: f64,
-    /// Samples of every pixel to begin with; a multiple of the replicates.
+    /// Samples of every pixel in the first round.
+    pub first: u32,
+    /// Samples of every pixel before any gets more than others: `first` doubled some times.
     pub pilot: u32,
     /// Most samples of a pixel.
     pub most: u32,
@@ -59,7 +61,7 @@ impl Goal {
         while pilot <= most / 2 && unseen(pilot) > allowed {
             pilot *= 2;
         }
-        Goal { target: Some(target), confidence, pilot, most: most.max(pilot) }
+        Goal { target: Some(target), confidence, first: pilot, pilot, most: most.max(pilot) }
     }
 }
 
@@ -119,7 +121,9 @@ pub struct Allocation {
     gathered: PixelSums,
     /// Empty until the pilot is done.
     classes: Vec<Class>,
-    /// Pixels the pilot has: the first of [`pixel_order::order`].
+    /// Samples that every pixel has from the rounds of the pilot that are done.
+    round: u32,
+    /// Pixels of this round that are done: the first of [`pixel_order::order`].
     piloted: usize,
     /// What is left of a step that was cut short.
     open: Option<Step>,
@@ -143,7 +147,7 @@ impl Allocation {
     /// Nothing traced yet.
     pub fn new(width: u32, height: u32, replicates: usize, goal: Goal, caps: Caps) -> Allocation {
         let gathered = PixelSums::new(width, height, replicates);
-        Allocation { height, goal, gathered, classes: Vec::new(), piloted: 0, open: None, caps }
+        Allocation { height, goal, gathered, classes: Vec::new(), round: 0, piloted: 0, open: None, caps }
     }
 
     /// What is asked for.
@@ -263,13 +267,20 @@ impl Allocation {
         (!step.pixels.is_empty()).then_some(step)
     }
 
+    /// True once every pixel has samples.
+    pub fn is_covered(&self) -> bool {
+        self.round > 0
+    }
+
     fn pilot_step(&self, budget: f64) -> Option<Step> {
         let left = self.gathered.samples.len() - self.piloted;
         let rays = if self.samples() > 0 { self.rays() as f64 / self.samples() as f64 } else { 1.0 };
-        let wanted = (budget / (rays * f64::from(self.goal.pilot))).floor().min(left as f64) as usize;
+        let samples = if self.round == 0 { 0..self.goal.first } else { self.round..2 * self.round };
+        let each = f64::from(samples.end - samples.start);
+        let wanted = (budget / (rays * each)).floor().min(left as f64) as usize;
         let order = pixel_order::order(self.gathered.width, self.height);
         let pixels = order[self.piloted..self.piloted + wanted].to_vec();
-        (!pixels.is_empty()).then_some(Step { pixels, samples: 0..self.goal.pilot, parts: Vec::new() })
+        (!pixels.is_empty()).then_some(Step { pixels, samples, parts: Vec::new() })
     }
 
     /// Takes in what came of `step`: of all its pixels, or of the first of them if it was cut short. Nothing is
@@ -280,7 +291,10 @@ impl Allocation {
         if self.classes.is_empty() {
             self.piloted += there;
             if self.piloted == self.gathered.samples.len() {
-                self.classify();
+                (self.round, self.piloted) = (step.samples.end, 0);
+                if self.round >= self.goal.pilot {
+                    self.classify();
+                }
             }
             return;
         }

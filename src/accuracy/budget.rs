@@ -1,4 +1,4 @@
-//! The error of one image in its three parts: sampling, truncation, rounding. Each is an upper bound on the RMSE
+//! The error of one image in its four parts: sampling, truncation, rounding, encoding. Each is an upper bound on the RMSE
 //! that it makes, so by the triangle inequality their sum is one on the whole.
 
 use super::pixel_sums::PixelSums;
@@ -50,12 +50,14 @@ fn root_mean(squares: f64, pixels: usize) -> f64 {
     (squares / (3.0 * pixels.max(1) as f64)).sqrt()
 }
 
-/// The three parts and their sum. `rounding`: its part, and pixels of which some sample took another way.
+/// The parts and their sum. `rounding`: its part, and pixels of which some sample took another way; `encoding`: the
+/// part of the file.
 pub fn budget(
     image: &PixelSums,
     limit: &RadianceLimit,
     caps: &Caps,
     rounding: Option<(f64, u64)>,
+    encoding: Option<f64>,
     confidence: f64,
 ) -> ErrorInfo {
     let unseen = image.unseen(caps).squares(confidence);
@@ -68,7 +70,13 @@ pub fn budget(
         sampling_estimate: sampling.estimate,
         truncation: truncation.rms,
         truncation_bounded: truncation.unbounded.is_none(),
-        total: sampling.bound + truncation.rms + rounding.map_or(0.0, |(part, _)| part),
+        total: sampling.bound
+            + truncation.rms
+            + rounding.map_or(0.0, |(part, _)| part)
+            + encoding.unwrap_or(0.0),
+        unseen: sampling.unseen,
+        encoding,
+        void: None,
         truncation_unbounded_why: truncation.unbounded,
         cut: image.mean_cut(),
         rounding: rounding.map(|(part, _)| part),

@@ -24,13 +24,15 @@ pub enum Code {
     AboveThreshold = 6,
     /// `render --error` or `--time`.
     Unmet = 7,
+    /// A render with rays that were not finite or were lost.
+    Unsound = 8,
     /// Ctrl-C: 128 + SIGINT.
     Interrupted = 130,
 }
 
 impl Code {
     /// All codes in ascending order, each with its meaning as help, manual page and guide print it.
-    pub const ALL: [(Code, &str); 9] = [
+    pub const ALL: [(Code, &str); 10] = [
         (Code::Done, "done"),
         (Code::Failed, "failure"),
         (Code::Usage, "usage: the command line is wrong or cannot be carried out"),
@@ -38,7 +40,11 @@ impl Code {
         (Code::NoDevice, "no suitable device"),
         (Code::DeviceLost, "the device was lost"),
         (Code::AboveThreshold, "compare: the difference is above --threshold"),
-        (Code::Unmet, "render: --error or --time was not kept; the image is saved, the message says why"),
+        (
+            Code::Unmet,
+            "render: --error, --time or --budget could not be kept; the image is saved, the message says why",
+        ),
+        (Code::Unsound, "render: rays were not finite or were lost; the image is saved and may be wrong"),
         (Code::Interrupted, "interrupted; what was done is saved"),
     ];
 }
@@ -61,6 +67,9 @@ pub enum Failure {
     /// An error or a time that was asked for was not kept; says why and what was saved.
     #[error("{0}")]
     Unmet(String),
+    /// The image may be wrong; says why and what was saved.
+    #[error("{0}")]
+    Unsound(String),
     /// Stopped by Ctrl-C; says what was saved.
     #[error("{0}")]
     Interrupted(String),
@@ -91,6 +100,7 @@ impl Failure {
             Failure::Render(RenderError::DeviceLost(_)) => Code::DeviceLost,
             Failure::AboveThreshold(_) => Code::AboveThreshold,
             Failure::Unmet(_) => Code::Unmet,
+            Failure::Unsound(_) => Code::Unsound,
             Failure::Interrupted(_) => Code::Interrupted,
             Failure::Render(
                 RenderError::OutOfMemory(_)

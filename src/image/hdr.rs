@@ -11,9 +11,23 @@ pub(super) const LARGEST: f32 = f32::from_bits((126 + 127) << 23);
 /// 2^-126: the exponent byte of its binade is 3; below, the encoder's would wrap round.
 pub(super) const SMALLEST: f32 = f32::MIN_POSITIVE;
 
+/// RGBE holds no sign, infinity or NaN, and its exponent byte ends near 2^127 and 2^-127.
+fn sane(x: f32) -> f32 {
+    if x >= SMALLEST { x.min(LARGEST) } else { 0.0 }
+}
+
+/// What a reader finds of a pixel: mantissas of 8 bits, cut off, and the exponent of the greatest channel.
+pub(super) fn stored(pixel: [f32; 3]) -> [f32; 3] {
+    let pixel = pixel.map(sane);
+    let most = pixel.iter().fold(0.0, |m: f32, x| m.max(*x));
+    if most <= 0.0 {
+        return [0.0; 3];
+    }
+    let step = f64::exp2(f64::from(most).log2().floor() + 1.0 - 8.0);
+    pixel.map(|x| ((f64::from(x) / step).floor() * step) as f32)
+}
+
 pub(super) fn encode(view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
-    // RGBE holds no sign, infinity or NaN, and its exponent byte ends near 2^127 and 2^-127.
-    let sane = |x: f32| if x >= SMALLEST { x.min(LARGEST) } else { 0.0 };
     let pixels: Vec<Rgb<f32>> = view.linear.iter().map(|p| Rgb(p.map(sane))).collect();
     let mut bytes = Vec::new();
     HdrEncoder::new(&mut bytes).encode(&pixels, view.width as usize, view.height as usize).map_err(

@@ -84,6 +84,24 @@ impl Format {
         }
     }
 
+    /// RMSE, in linear light clamped to [0, 1], between the image and what the file holds of it.
+    pub fn encoding_error(self, view: View<'_>) -> f64 {
+        let of = |read: &(dyn Fn([f32; 3]) -> [f32; 3] + Sync)| {
+            let squares = |pixel: &[f32; 3]| -> f64 {
+                let shown = |x: f32| if x.is_nan() { 0.0 } else { f64::from(x.clamp(0.0, 1.0)) };
+                pixel.iter().zip(read(*pixel)).map(|(a, b)| (shown(*a) - shown(b)).powi(2)).sum()
+            };
+            let sum: f64 = view.linear.iter().map(squares).sum();
+            (sum / (3 * view.linear.len().max(1)) as f64).sqrt()
+        };
+        match self {
+            Format::Png(Bits::Eight) => of(&|p| p.map(|x| linear8(code8(x)))),
+            Format::Png(Bits::Sixteen) => of(&|p| p.map(|x| linear16(code16(x)))),
+            Format::Exr => 0.0,
+            Format::Hdr => of(&hdr::stored),
+        }
+    }
+
     /// Encodes `view` into `out`.
     pub fn encode(self, view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
         self.encode_with(view, &[], metadata, out)
@@ -170,6 +188,32 @@ mod tests {
             for (g, w) in got.0.iter().zip(sane) {
                 assert!((g - w).abs() <= step, "{:?} for {want:?}", got.0);
             }
+        }
+    }
+
+    /// Against what a reader finds in the file itself.
+    #[test]
+    fn the_encoding_error_is_that_of_the_file() {
+        let linear: Vec<[f32; 3]> = (0..600)
+            .map(|i| [0.37, 0.11, 0.73].map(|k| (i as f32 * k).fract().powi(3) * 1.1 - 0.01))
+            .collect();
+        let view = View { width: 30, height: 20, linear: &linear };
+        for format in [Format::Png(Bits::Eight), Format::Png(Bits::Sixteen), Format::Exr, Format::Hdr] {
+            let mut bytes = Vec::new();
+            format.encode(view, &Metadata::default(), &mut bytes).unwrap();
+            let file = ::image::load_from_memory(&bytes).unwrap();
+            let read: Vec<f32> = match format {
+                Format::Png(Bits::Eight) => file.into_rgb8().iter().map(|c| linear8(*c)).collect(),
+                Format::Png(Bits::Sixteen) => file.into_rgb16().iter().map(|c| linear16(*c)).collect(),
+                Format::Exr | Format::Hdr => file.into_rgb32f().iter().copied().collect(),
+            };
+            let shown = |x: f32| f64::from(x.clamp(0.0, 1.0));
+            let squares: f64 =
+                linear.as_flattened().iter().zip(&read).map(|(a, b)| (shown(*a) - shown(*b)).powi(2)).sum();
+            let found = (squares / read.len() as f64).sqrt();
+            let stated = format.encoding_error(view);
+            assert!((stated - found).abs() <= 1e-6 * found, "{format:?}: {stated} {found}");
+            assert_eq!(stated > 0.0, format != Format::Exr, "{format:?}");
         }
     }
 

@@ -219,6 +219,15 @@ pub struct ErrorInfo {
     pub rounding: Option<f64>,
     /// Pixels with a sample whose path differs in f64.
     pub rounding_pixels: Option<u64>,
+    /// RMSE of the file as it is written; null if no file was asked for.
+    #[serde(default)]
+    pub encoding: Option<f64>,
+    /// Part of `sampling`: what no sample met can contribute.
+    #[serde(default)]
+    pub unseen: f64,
+    /// Reason that nothing of this can be relied on: rays that were not finite or were lost.
+    #[serde(default)]
+    pub void: Option<String>,
     /// Sum of the known parts.
     pub total: f64,
 }
@@ -260,4 +269,20 @@ pub struct ImageInfo {
     pub file: String,
     /// SHA-256 over the linear f32 RGB rows as little-endian bytes.
     pub linear_sha256: String,
+}
+
+impl Counters {
+    /// Why rays that were counted here make the image unreliable, if any do.
+    pub fn lost(&self) -> Option<String> {
+        let faults = [
+            (self.nan_rays, "with a NaN or infinity"),
+            (self.stack_overflow, "that overflowed the traversal stack"),
+            (self.loop_cap, "stopped at the limit on traversal steps"),
+            (self.media_overflow, "inside more nested solids than are tracked"),
+        ];
+        let found: Vec<String> = (faults.iter().filter(|(count, _)| *count > 0))
+            .map(|(count, what)| format!("{} {what}", crate::units::plural(*count, "ray")))
+            .collect();
+        (!found.is_empty()).then(|| format!("{}: the error of the image is unknown", found.join(", ")))
+    }
 }

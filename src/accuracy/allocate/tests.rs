@@ -143,7 +143,7 @@ fn no_pixel_is_biased_by_its_own_samples() {
     let painter =
         |seed| Painter { picture: &picture, points: Points::Random, replicates: 1, seed, traced: 0 };
     let ours = |seed| {
-        let goal = Goal { target: Some(0.03), confidence: CONFIDENCE, pilot: 4, most: 64 };
+        let goal = Goal { target: Some(0.03), confidence: CONFIDENCE, first: 4, pilot: 4, most: 64 };
         let mut allocation = Allocation::new(side, side, 1, goal, Caps::default());
         let Ok(_) = run(&mut allocation, &mut painter(seed), |_| true);
         let counts = &allocation.gathered().samples;
@@ -186,7 +186,7 @@ fn no_pixel_is_biased_by_its_own_samples() {
 fn a_render_in_pieces_is_the_render_in_one() {
     let picture = picture(Kind::Edges, 40, 9);
     let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
-    let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, pilot: 16, most: 1024 };
+    let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, first: 16, pilot: 16, most: 1024 };
     let mut whole = Allocation::new(40, 40, 1, goal, Caps::default());
     let Ok(outcome) = run(&mut whole, &mut painter(), |_| true);
     assert_eq!(outcome, Outcome::Reached);
@@ -207,7 +207,7 @@ fn a_render_in_pieces_is_the_render_in_one() {
 fn a_step_may_be_cut_anywhere() {
     let picture = picture(Kind::Thin, 40, 9);
     let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
-    let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, pilot: 16, most: 1024 };
+    let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, first: 16, pilot: 16, most: 1024 };
     let mut whole = Allocation::new(40, 40, 1, goal, Caps::default());
     let Ok(_) = run(&mut whole, &mut painter(), |_| true);
     let mut cut = Allocation::new(40, 40, 1, goal, Caps::default());
@@ -236,7 +236,7 @@ fn a_step_may_be_cut_anywhere() {
 fn a_budget_is_kept_and_spent() {
     let picture = picture(Kind::Edges, 40, 9);
     let mut source = Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
-    let goal = Goal { target: None, confidence: CONFIDENCE, pilot: 4, most: 64 };
+    let goal = Goal { target: None, confidence: CONFIDENCE, first: 4, pilot: 4, most: 64 };
     let mut allocation = Allocation::new(40, 40, 1, goal, Caps::default());
     assert_eq!((allocation.next_step(3.0), allocation.outcome()), (None, Outcome::Unfinished));
     assert!(allocation.bound().is_none());

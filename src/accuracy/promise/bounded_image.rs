@@ -4,9 +4,9 @@ use super::{Bounded, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::image::{self, SaveError, View, linear_sha256};
+use crate::image::{self, Format, SaveError, View, linear_sha256};
 use crate::render::{Observer, ResumeState, Survey};
-use crate::report::{Report, TimeInfo};
+use crate::report::{ErrorInfo, Report, TimeInfo};
 use std::path::Path;
 use std::time::Duration;
 
@@ -32,6 +32,8 @@ pub struct BoundedImage {
     pub done: f64,
     /// True if sampled from coarse to fine, so that pixels without samples can be filled in.
     coarse: bool,
+    /// Format of the file that the error bound is of; its bits may have been chosen.
+    pub file: Option<Format>,
     /// True if it was cancelled.
     pub cancelled: bool,
     /// The state for [`Renderer::resume_bounded`](crate::Renderer::resume_bounded), if it was cancelled and can be
@@ -168,8 +170,17 @@ impl Task<'_> {
         };
         let done = samples.done();
         let confidence = self.request.confidence;
-        report.error =
-            (done == 1.0).then(|| budget::budget(&samples, &self.limit, &self.caps, rounding, confidence));
+        let least = samples.samples.iter().min().copied().unwrap_or(0);
+        let lost = report.counters.lost();
+        report.error = (done == 1.0 && least > 1).then(|| {
+            let linear = samples.linear();
+            let height = linear.len() as u32 / samples.width.max(1);
+            let view = View { width: samples.width, height, linear: &linear };
+            let encoding = self.request.file.map(|format| format.encoding_error(view));
+            let error = budget::budget(&samples, &self.limit, &self.caps, rounding, encoding, confidence);
+            ErrorInfo { void: lost.or_else(|| not_finite(&linear)), ..error }
+        });
+        let file = self.request.file;
         let height = samples.samples.len() as u32 / samples.width.max(1);
         let cancelled = self.observer.cancelled();
         let limit = self.limit;
@@ -185,8 +196,15 @@ impl Task<'_> {
             coarse,
             cancelled,
             unfinished,
+            file,
         };
         image.report.image.linear_sha256 = linear_sha256(&image.linear());
         image
     }
+}
+
+/// Why an image with pixels that are no numbers has no error bound.
+fn not_finite(linear: &[[f32; 3]]) -> Option<String> {
+    let count = linear.iter().filter(|pixel| pixel.iter().any(|channel| !channel.is_finite())).count();
+    (count > 0).then(|| format!("{count} pixels are not finite: their error is unknown"))
 }

@@ -24,6 +24,7 @@ pub use until_time::LATE;
 use super::bright;
 use super::radiance_bound::{RadianceLimit, radiance_limit};
 use super::unseen::Caps;
+use crate::image::Format;
 use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
 use crate::settings::{Settings, SettingsError};
@@ -59,26 +60,38 @@ pub struct Request {
     pub keep_depth: bool,
     /// True to keep the precision of the settings, false to choose it.
     pub keep_precision: bool,
+    /// Format of the file to be written, whose error is then part of the image's; `None` for the image itself.
+    pub file: Option<Format>,
+    /// True to keep the bits of `file`, false to take 16 where 8 lose too much.
+    pub keep_bits: bool,
 }
 
 impl Request {
     /// An RMSE of at most `error` with 95 % confidence; depth, precision and samples are chosen.
     pub fn error(error: f64) -> Request {
-        Request::new(Target::Error(error))
+        Request::to(Target::Error(error))
     }
 
     /// The least error in `time` from now on, with 95 % confidence; depth, precision and samples are chosen.
     pub fn time(time: Duration) -> Request {
-        Request::new(Target::Time { seconds: time.as_secs_f64(), from: Instant::now(), layers: 0 })
+        Request::to(Target::Time { seconds: time.as_secs_f64(), from: Instant::now(), layers: 0 })
     }
 
     /// The settings as they are, and a bound on the error that they leave, with 95 % confidence.
     pub fn settings() -> Request {
-        Request::new(Target::Settings)
+        Request::to(Target::Settings)
     }
 
-    fn new(target: Target) -> Request {
-        Request { target, confidence: 0.95, keep_depth: false, keep_precision: false }
+    /// `target` with 95 % confidence, everything chosen, whatever the file.
+    pub fn to(target: Target) -> Request {
+        Request {
+            target,
+            confidence: 0.95,
+            keep_depth: false,
+            keep_precision: false,
+            file: None,
+            keep_bits: true,
+        }
     }
 
     /// Checks that confidence, error and time are in their ranges.
@@ -99,8 +112,8 @@ impl Request {
 pub const LOOK_SAMPLES: u32 = 4;
 /// Most samples of a pixel: the length of the sampler's sequence.
 const MOST_SAMPLES: u32 = 1 << 16;
-/// Greatest depth chosen.
-pub const DEEPEST: u32 = 64;
+/// Greatest depth chosen: that of the scene format.
+pub const DEEPEST: u32 = crate::scene::MAX_DEPTH;
 
 /// State shared by all targets.
 struct Task<'a> {

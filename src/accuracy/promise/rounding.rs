@@ -9,13 +9,21 @@ use crate::settings::{Precision, Settings};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Error of single precision, estimated from the samples of some pixels.
+/// One pixel in this many is compared, within limits.
+const PIXEL_SHARE: u32 = 16;
+const LEAST_PIXELS: u32 = 256;
+const MOST_PIXELS: u32 = 4096;
+/// What the difference of pixels that went the same way is multiplied by: few pixels have most of it.
+const CAUTION: f64 = 1.5;
+
+/// What single precision does, as seen in some samples. It is stated as measured: where no sample went another way
+/// that part is 0, and the sampling part stands for itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct RoundingEstimate {
-    /// RMSE of pixels whose samples all went the same way: it does not average out.
+    /// RMSE of pixels whose samples all went the same way, `CAUTION` times: it does not average out.
     same_way: f64,
-    /// Upper bound on the share of samples that go another way: that of a pixel of n samples changes it
-    /// by 1/n of the difference there at most.
+    /// Share of samples that go another way, and one standard error: that of a pixel of n samples changes it by
+    /// 1/n of the difference there at most.
     other_way: f64,
     /// Mean square of that difference, as it is at edges.
     contrast: f64,
@@ -39,39 +47,12 @@ impl RoundingEstimate {
     }
 }
 
-/// Greatest mean of a Poisson distribution of which `count` or fewer come with probability `risk`: the
-/// upper confidence limit of Garwood, Biometrika 28, 1936.
-pub(super) fn poisson_limit(count: u64, risk: f64) -> f64 {
-    let at_most = |mean: f64| {
-        let mut term = (-mean).exp();
-        (0..=count).fold(0.0, |sum, k| {
-            let sum = sum + term;
-            term *= mean / (k + 1) as f64;
-            sum
-        })
-    };
-    if count > 500 {
-        // Normal beyond: the exponential would underflow.
-        let n = count as f64;
-        return n + crate::accuracy::quantile::normal(1.0 - risk) * n.sqrt() + 3.0;
-    }
-    let (mut low, mut high) = (0.0, count as f64 + 10.0 * (count as f64 + 1.0).sqrt() - 3.0 * risk.ln());
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if at_most(middle) > risk { low = middle } else { high = middle }
-    }
-    high
-}
-
 impl Task<'_> {
-    /// Compares `survey` with f64 on about `samples` samples; `None` where the device has no f64, or it could
-    /// not be done `by` then. `exact` keeps the scene in f64 from one comparison to the next.
+    /// Compares `survey` with f64 on [`LOOK_SAMPLES`] samples of some pixels; `None` where the device has no f64, or
+    /// it could not be done `by` then.
     pub(super) fn rounded(
         &mut self,
         survey: &mut Survey,
-        exact: &mut Option<Survey>,
-        samples: u64,
-        risk: f64,
         by: Option<Instant>,
     ) -> Result<Option<RoundingEstimate>, RenderError> {
         if survey.precision() == Precision::Double {
@@ -81,19 +62,17 @@ impl Task<'_> {
             return Ok(None);
         }
         let settings = Settings { precision: Precision::Double, ..survey.settings().clone() };
-        let exact = match exact {
-            Some(exact) => exact,
-            None => exact.insert(Survey::new(self.renderer, self.scene, &settings)?),
-        };
+        let mut exact = Survey::new(self.renderer, self.scene, &settings)?;
+        exact.cut_at(survey.settings().depth, survey.settings().cutoff);
         let region = Region::of(&self.settings);
-        let places = region.spread((samples / u64::from(LOOK_SAMPLES)).clamp(1024, 1 << 30) as u32);
+        let places = region.spread((region.pixels() / PIXEL_SHARE).clamp(LEAST_PIXELS, MOST_PIXELS));
         let mut see = |survey: &mut Survey| -> Result<PixelSums, RenderError> {
             survey.finish_by(by);
             let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places)?;
             survey.finish_by(None);
             Ok(seen)
         };
-        let (a, b) = (see(survey)?, see(exact)?);
+        let (a, b) = (see(survey)?, see(&mut exact)?);
         let seen = a.samples.len().min(b.samples.len());
         if seen < places.len() {
             return Ok(None);
@@ -105,8 +84,9 @@ impl Task<'_> {
         }
         Ok(Some(RoundingEstimate {
             contrast: contrast(&b),
-            same_way: (same / seen.max(1) as f64).sqrt(),
-            other_way: poisson_limit(all.ways, risk) / (seen.max(1) as f64 * f64::from(LOOK_SAMPLES)),
+            same_way: CAUTION * (same / seen.max(1) as f64).sqrt(),
+            other_way: (all.ways as f64 + (all.ways as f64).sqrt())
+                / (seen.max(1) as f64 * f64::from(LOOK_SAMPLES)),
             pixels: all.ways,
         }))
     }
@@ -125,21 +105,4 @@ fn contrast(seen: &PixelSums) -> f64 {
         count += 1;
     }
     if count == 0 { 1.0 } else { (6.0 * sum / f64::from(count)).min(1.0) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_poisson_limit_is_garwoods() {
-        // Garwood's table for 95 % one-sided: 0 -> 3.00, 1 -> 4.74, 5 -> 10.51, 30 -> 40.69.
-        for (count, limit) in [(0, 2.996), (1, 4.744), (5, 10.513), (30, 40.691)] {
-            let found = poisson_limit(count, 0.05);
-            assert!((found - limit).abs() < 2e-3, "{count}: {found}");
-        }
-        // The normal tail joins on from above.
-        let (below, above) = (poisson_limit(500, 0.05), poisson_limit(501, 0.05));
-        assert!(above > below && above - below < 5.0);
-    }
 }

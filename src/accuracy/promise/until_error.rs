@@ -7,21 +7,19 @@ use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
+use crate::accuracy::pixel_sums::PixelSums;
+use crate::accuracy::radiance_bound::RadianceLimit;
+use crate::image::{Bits, Format, View};
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
-use crate::report::TimeInfo;
+use crate::report::{ErrorInfo, TimeInfo};
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
 
-/// Share of the risk that the rounding part may be underestimated; the rest is the sampling part's.
-const ROUNDING_RISK: f64 = 0.1;
 /// Share of the error that a precision may take, if a better one is there.
 const ROUNDING_SHARE: f64 = 0.25;
-/// The rounding part is looked for in so many samples that what none of them shows is about a tenth of the
-/// error: `-ln(risk) / (0.1^2 * 16 samples)` over its square.
-const ROUNDING_SAMPLES: f64 = 40.0;
-/// Share of the error that the rounding part may take without being looked for in more samples.
-const ROUNDING_SMALL: f64 = 0.12;
+/// Share of the error that a file of 8 bits may take, if one of 16 can be written.
+const ENCODING_SHARE: f64 = 0.1;
 /// Least share of the error that is left to sampling; where more is lost to a cut, a deeper one is taken.
 const LEAST_SAMPLING: f64 = 0.3;
 
@@ -60,7 +58,6 @@ impl Task<'_> {
             let last = cut.depth >= DEEPEST;
             chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
         }
-        let why = self.why_not(&chosen.cut, target, chosen.rounded.as_ref());
         let capped = chosen.allocation.outcome() == Outcome::Capped;
         let cancelled = self.observer.cancelled();
         let samples =
@@ -70,30 +67,22 @@ impl Task<'_> {
             let images = vec![chosen.allocation.take_gathered()];
             survey.resume_state(identity, Bounded::new(Stage::Error(Box::new(chosen)), images))
         });
-        let confidence = self.request.confidence;
         let prepared = survey.prepared();
         let render = start.elapsed();
+        let (depth, brightest) = (survey.settings().depth, self.limit.clone());
         let image = Image { samples, rounding, prepared, render, before, coarse: true };
         let mut known = self.known(image, &survey);
         let error = known.report.error.as_ref();
-        let met = error.is_some_and(|e| e.rounding.is_some() && e.total <= target);
-        let no_rounding = error.is_some_and(|e| e.rounding.is_none());
+        let met = error.is_some_and(|e| e.rounding.is_some() && e.void.is_none() && e.total <= target);
+        let why = error.map(|e| unmet(e, target, depth, &brightest, capped));
         known.cancelled &= !met;
         known.unfinished = kept.filter(|_| !met);
         known.report.asked.error = Some(target);
         known.report.asked.met = Some(met);
-        known.report.asked.unmet_why = (!met).then(|| {
-            if known.cancelled {
-                "the render was interrupted".to_owned()
-            } else if let Some(why) = why {
-                why
-            } else if capped {
-                format!("some pixels need more than {MOST_SAMPLES} samples")
-            } else if no_rounding {
-                "the rounding error is unknown: this device has no f64 to compare with".to_owned()
-            } else {
-                format!("the bound at {:.0} % confidence is larger", 100.0 * confidence)
-            }
+        known.report.asked.unmet_why = (!met).then(|| match why {
+            _ if known.cancelled => "the render was interrupted".to_owned(),
+            Some(why) => why,
+            None => "some pixels have no samples".to_owned(),
         });
         Ok(known)
     }
@@ -121,10 +110,28 @@ impl Task<'_> {
         Ok(())
     }
 
+    /// The encoding part of the image as it is; 16 bits are chosen here where 8 take too much of the error.
+    fn encoding(&mut self, image: &PixelSums, target: f64) -> f64 {
+        let Some(format) = self.request.file else { return 0.0 };
+        let linear = image.linear();
+        let view = View {
+            width: image.width,
+            height: image.samples.len() as u32 / image.width.max(1),
+            linear: &linear,
+        };
+        let error = format.encoding_error(view);
+        if format == Format::Png(Bits::Eight) && !self.request.keep_bits && error > ENCODING_SHARE * target {
+            let finer = Format::Png(Bits::Sixteen);
+            self.request.file = Some(finer);
+            return finer.encoding_error(view);
+        }
+        error
+    }
+
     /// Nothing sampled yet.
     fn allocation(&self, target: f64) -> Allocation {
         let region = Region::of(&self.settings);
-        let confidence = self.sampling_confidence();
+        let confidence = self.request.confidence;
         let pixels = region.pixels() as usize;
         let goal = Goal::for_target(target, confidence, pixels, 1, MOST_SAMPLES);
         Allocation::new(region.width, region.height, 1, goal, self.caps.clone())
@@ -136,21 +143,9 @@ impl Task<'_> {
         survey: &mut Survey,
         target: f64,
     ) -> Result<Option<RoundingEstimate>, RenderError> {
-        let whole = u64::from(Region::of(&self.settings).pixels()) * u64::from(LOOK_SAMPLES);
-        // Edges of less than full contrast need less looking. Each look has its part of the risk.
-        let looks = [16, 4, 1];
-        let risk = (1.0 - self.request.confidence) * ROUNDING_RISK / looks.len() as f64;
-        let most = (ROUNDING_SAMPLES * -risk.ln() / 6.4 / (target * target)).min(whole as f64) as u64;
         // Looked at where paths are not yet cut late: a deep path is a rare one, and as rarely rounded.
         survey.cut_at(self.settings.depth.min(8), self.settings.cutoff);
-        let (mut rounded, mut exact) = (None, None);
-        for share in looks {
-            rounded = self.rounded(survey, &mut exact, most / share, risk, None)?;
-            if rounded.is_none_or(|r| r.part_at(16.0) < ROUNDING_SMALL * target) || self.observer.cancelled()
-            {
-                break;
-            }
-        }
+        let rounded = self.rounded(survey, None)?;
         let too_much = rounded.is_some_and(|r| r.part_at(16.0) > ROUNDING_SHARE * target);
         if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
@@ -190,7 +185,8 @@ impl Task<'_> {
             if chosen.allocation.bound().is_some() && !chosen.allocation.is_open() {
                 let image = chosen.allocation.gathered();
                 let hidden = image.truncation(&self.limit).rms;
-                let left = target - hidden - chosen.rounded.map_or(0.0, |r| r.part(image));
+                let encoded = self.encoding(image, target);
+                let left = target - hidden - chosen.rounded.map_or(0.0, |r| r.part(image)) - encoded;
                 let too_much = left < LEAST_SAMPLING * target && hidden > 0.1 * target;
                 if too_much && !chosen.last && !self.request.keep_depth {
                     return Ok(Sampled::LosesTooMuch);
@@ -212,32 +208,57 @@ impl Task<'_> {
         }
         Ok(Sampled::All)
     }
+}
 
-    /// What of the confidence is the sampling part's.
-    pub(super) fn sampling_confidence(&self) -> f64 {
-        1.0 - (1.0 - self.request.confidence) * (1.0 - ROUNDING_RISK)
+/// The part of the error that keeps it from the target, and a remedy.
+fn unmet(e: &ErrorInfo, target: f64, depth: u32, limit: &RadianceLimit, capped: bool) -> String {
+    let figure = crate::units::figure;
+    if let Some(why) = &e.void {
+        return why.clone();
     }
-
-    fn why_not(
-        &self,
-        cut: &TruncationChoice,
-        target: f64,
-        rounded: Option<&RoundingEstimate>,
-    ) -> Option<String> {
-        let rounding = rounded.map_or(0.0, |r| r.part_at(f64::from(MOST_SAMPLES)));
-        if cut.hidden >= target {
-            let why = match &self.limit.unbounded {
-                Some(why) => format!("their light has no bound: {why}"),
-                None => {
-                    let hidden = crate::units::figure(cut.hidden);
-                    format!("at depth {} they can contribute up to {hidden} (RMSE)", cut.depth)
-                }
-            };
-            return Some(format!("rays that are not traced can contribute more than this error: {why}"));
-        }
-        (rounding >= target)
-            .then(|| format!("rounding alone causes {}; try --precision f64", crate::units::figure(rounding)))
+    let Some(rounding) = e.rounding else {
+        return "the rounding error is unknown: this device has no f64 to compare with".to_owned();
+    };
+    let parts = [e.sampling, e.truncation, rounding, e.encoding.unwrap_or(0.0)];
+    let most = parts.iter().fold(0.0, |m: f64, p| m.max(*p));
+    if e.truncation == most {
+        let remedy = match depth < DEEPEST {
+            true => format!("; ask for a --depth above {depth}"),
+            false => format!("; {DEEPEST} is the greatest depth there is"),
+        };
+        let why = match &limit.unbounded {
+            Some(why) => format!("their light has no bound: {why}"),
+            None => {
+                format!("at depth {depth} they can contribute up to {} (RMSE){remedy}", figure(e.truncation))
+            }
+        };
+        return format!("rays that are not traced can contribute more than this error: {why}");
     }
+    if rounding == most {
+        return format!("rounding alone causes {}; try --precision f64", figure(rounding));
+    }
+    if e.encoding == Some(most) {
+        return format!("the file's own steps cause {}; try --bits 16, or .exr", figure(most));
+    }
+    if e.unseen > 0.7 * e.sampling {
+        let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
+        return format!(
+            "parts of pixels that no sample met may hold radiance up to {}, and could cause {}: lamps close to surfaces, \
+             or bright things smaller than a pixel, seen directly or in mirrors and glass; a larger --size, a weaker or \
+             more distant light, or an error above {} would do",
+            figure(brightest),
+            figure(e.unseen),
+            figure(e.total)
+        );
+    }
+    let stop =
+        if capped { format!(" although pixels have up to {MOST_SAMPLES} samples") } else { String::new() };
+    format!(
+        "the sampling error is only known to be below {} at {:.0} % confidence{stop}; the target was {}",
+        figure(e.sampling),
+        100.0 * e.confidence,
+        figure(target)
+    )
 }
 
 /// How sampling ended.

@@ -30,8 +30,10 @@ const CLOSING: f64 = 0.06;
 const STEP_SHARE: f64 = 0.3;
 /// A step that would be shorter is not worth its overhead; seconds.
 const STEP_LEAST: f64 = 0.02;
-/// Share of the time that may go to the choice of a depth, and again to the rounding part.
-const PILOT_SHARE: f64 = 0.12;
+/// Share of the time that may go to the choice of a depth.
+const PILOT_SHARE: f64 = 0.08;
+/// The same for the rounding part.
+const ROUNDING_SHARE: f64 = 0.06;
 /// Pixels that are traced even where there is no time for any.
 const LEAST_PIXELS: usize = 256;
 /// Greatest depth of those.
@@ -72,7 +74,8 @@ impl Task<'_> {
         layers: u32,
     ) -> Result<BoundedImage, RenderError> {
         self.observer.by_clock(from, seconds);
-        let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
+        let own = self.settings.clone();
+        let depth = if self.request.keep_depth { own.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..self.settings };
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
         let start = Instant::now();
@@ -82,13 +85,31 @@ impl Task<'_> {
         let reserve = closing + output_seconds(&black, &self, layers);
         let mut clock = Clock { from, seconds, reserve };
 
-        let (cut, pace) = self.cut_in_time(&mut survey, &clock)?;
-        survey.cut_at(cut.depth, cut.cutoff);
-        let rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
-        survey.cut_at(cut.depth, cut.cutoff);
-        let allocation = self.sample_in_time(&mut survey, &mut clock, pace, closing, layers)?;
+        // Every pixel once, at the scene's own depth: from then on there is an image.
+        survey.cut_at(own.depth, own.cutoff);
+        let goal = Goal {
+            target: None,
+            confidence: self.request.confidence,
+            first: 1,
+            pilot: LOOK_SAMPLES,
+            most: MOST_SAMPLES,
+        };
+        let mut allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
+        let mut pace = self.cover_in_time(&mut survey, &clock, &mut allocation)?;
+        clock.reserve = clock.reserve.max(closing + output_seconds(allocation.gathered(), &self, layers));
+        let mut rounded = None;
+        if allocation.is_covered() {
+            let (cut, fast) = self.cut_in_time(&mut survey, &clock)?;
+            survey.cut_at(cut.depth, cut.cutoff);
+            pace = f64::max(pace, fast);
+            rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
+            survey.cut_at(cut.depth, cut.cutoff);
+            self.sample_in_time(&mut survey, &clock, &mut allocation, pace)?;
+        } else if allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
+            self.trace_little(&mut survey, &mut allocation)?;
+        }
 
-        let short = allocation.bound().is_none();
+        let short = !allocation.is_covered();
         let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared(), start.elapsed());
         let rounding = rounded.map(|r| (r.part(&samples), r.pixels));
         let pilot = samples.done();
@@ -104,8 +125,8 @@ impl Task<'_> {
             let fixed = (start - from).as_secs_f64() + clock.reserve;
             let needed = fixed + render.as_secs_f64() / pilot.max(1e-3);
             Some(format!(
-                "{seconds} s is too short: {LOOK_SAMPLES} samples of every pixel take about {needed:.1} s, {fixed:.1} s of \
-                 which to prepare and to write files; only {:.0} % of the pixels were traced, the rest repeat their \
+                "{seconds} s is too short: one sample of every pixel takes about {needed:.1} s, {fixed:.1} s of which is \
+                 start-up and writing files; only {:.0} % of the pixels were traced, the rest repeat their \
                  neighbours, and the error is unknown; reduce --size",
                 100.0 * pilot
             ))
@@ -145,39 +166,63 @@ impl Task<'_> {
         clock: &Clock,
         samples_per_second: f64,
     ) -> Result<Option<super::rounding::RoundingEstimate>, RenderError> {
-        let share = PILOT_SHARE * clock.left();
+        let share = ROUNDING_SHARE * clock.left();
         let single = survey.precision() != Precision::Double;
-        if single && 2.0 * survey.prepared().as_secs_f64() > share {
+        // In f64 samples take several times as long.
+        let samples = f64::from(Region::of(&self.settings).pixels().min(4096) * LOOK_SAMPLES);
+        if single && 2.0 * survey.prepared().as_secs_f64() + 4.0 * samples / samples_per_second > share {
             return Ok(None);
         }
-        // In f64 they take about twice the time again.
-        let samples = (share / 3.0 * samples_per_second) as u64;
-        let risk = 0.1 * (1.0 - self.request.confidence);
-        self.rounded(survey, &mut None, samples, risk, Some(clock.share(3.0 * PILOT_SHARE)))
+        self.rounded(survey, Some(clock.share(2.0 * ROUNDING_SHARE)))
+    }
+
+    /// One sample of every pixel, as far as there is time; gives the pace in rays a second.
+    fn cover_in_time(
+        &mut self,
+        survey: &mut Survey,
+        clock: &Clock,
+        allocation: &mut Allocation,
+    ) -> Result<f64, RenderError> {
+        let region = Region::of(&self.settings);
+        let start = Instant::now();
+        survey.finish_by(Some(clock.end()));
+        if let Some(step) = allocation.next_step(f64::INFINITY) {
+            let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            allocation.record(&step, &traced);
+        }
+        survey.finish_by(None);
+        Ok(allocation.rays() as f64 / start.elapsed().as_secs_f64())
+    }
+
+    /// Too late for anything: as little as shows something.
+    fn trace_little(&mut self, survey: &mut Survey, allocation: &mut Allocation) -> Result<(), RenderError> {
+        let region = Region::of(&self.settings);
+        survey.cut_at(survey.settings().depth.min(LEAST_DEPTH), survey.settings().cutoff);
+        if let Some(step) = allocation.next_step(f64::INFINITY) {
+            let few = &step.pixels[..step.pixels.len().min(LEAST_PIXELS)];
+            let mut tracing = Tracing { survey, region, observer: &mut self.observer };
+            let traced = tracing.trace(few, step.samples.clone())?;
+            allocation.record(&step, &traced);
+        }
+        Ok(())
     }
 
     /// All samples for which there is time.
     fn sample_in_time(
         &mut self,
         survey: &mut Survey,
-        clock: &mut Clock,
+        clock: &Clock,
+        allocation: &mut Allocation,
         mut pace: f64,
-        closing: f64,
-        layers: u32,
-    ) -> Result<Allocation, RenderError> {
+    ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
-        let confidence = self.sampling_confidence();
-        let goal = Goal { target: None, confidence, pilot: LOOK_SAMPLES, most: MOST_SAMPLES };
-        let mut allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
         while !self.observer.cancelled() && clock.left() > 0.0 {
             let budget = match allocation.bound() {
-                // Half of the pilot tells what writing the image takes.
-                None if allocation.rays() == 0 && pace > 0.0 => (0.5 * clock.left() * pace).max(1e4),
                 None => f64::INFINITY,
                 Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * pace,
             };
             let Some(step) = allocation.next_step(budget) else { break };
-            let piloting = allocation.bound().is_none();
             let (before, start) = (allocation.rays(), Instant::now());
             survey.finish_by(Some(clock.end()));
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
@@ -190,23 +235,9 @@ impl Task<'_> {
             let now = (allocation.rays() - before) as f64 / start.elapsed().as_secs_f64();
             // Short steps are slow steps: the next one is planned at a pace between.
             pace = if pace > 0.0 { 0.5 * (pace + now) } else { now };
-            if piloting {
-                let reserve = closing + output_seconds(allocation.gathered(), self, layers);
-                clock.reserve = clock.reserve.max(reserve);
-            }
         }
-        if allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
-            // Too late for anything: as little as shows something.
-            survey.finish_by(None);
-            survey.cut_at(survey.settings().depth.min(LEAST_DEPTH), survey.settings().cutoff);
-            if let Some(step) = allocation.next_step(f64::INFINITY) {
-                let few = &step.pixels[..step.pixels.len().min(LEAST_PIXELS)];
-                let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-                let traced = tracing.trace(few, step.samples.clone())?;
-                allocation.record(&step, &traced);
-            }
-        }
-        Ok(allocation)
+        survey.finish_by(None);
+        Ok(())
     }
 }
 
@@ -221,7 +252,7 @@ fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
     let _ = crate::image::linear_sha256(&linear);
     let written = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let _ = budget::budget(image, &task.limit, &task.caps, None, task.request.confidence);
+    let _ = budget::budget(image, &task.limit, &task.caps, None, None, task.request.confidence);
     let known = clock.elapsed().as_secs_f64();
     let mut painted = 0.0;
     if layers > 0 {

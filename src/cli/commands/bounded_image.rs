@@ -29,7 +29,12 @@ pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Resu
 }
 
 /// The request in the arguments; also sets the replicates of `settings`.
-fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Result<Request, Failure> {
+fn request(
+    args: &RenderArgs,
+    format: Format,
+    settings: &mut Settings,
+    started: Instant,
+) -> Result<Request, Failure> {
     let a = &args.accuracy;
     let target = match (a.error, a.time) {
         (Some(error), _) => Target::Error(error),
@@ -50,6 +55,8 @@ fn request(args: &RenderArgs, settings: &mut Settings, started: Instant) -> Resu
         confidence: a.confidence,
         keep_depth: args.picture.depth.is_some(),
         keep_precision: args.picture.precision.is_some(),
+        file: Some(format),
+        keep_bits: args.bits.is_some(),
     })
 }
 
@@ -77,7 +84,7 @@ pub(super) fn run(
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = Scene::load(&args.scene)?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
-    let request = request(args, &mut settings, started)?;
+    let request = request(args, format, &mut settings, started)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
     let label = match request.target {
@@ -95,6 +102,7 @@ pub(super) fn run(
         Some(state) => state.explain(error),
         None => error.into(),
     })?;
+    let format = known.file.unwrap_or(format);
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
     let channels: Vec<(&str, Vec<f32>)> = layers
@@ -123,6 +131,9 @@ pub(super) fn run(
     }
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;
+    }
+    if let (Some(void), None) = (report.error.as_ref().and_then(|e| e.void.as_ref()), report.asked.met) {
+        return Err(Failure::Unmet(format!("{void}; the image is in {file}")));
     }
     match (report.asked.met, &report.asked.unmet_why) {
         (Some(false), why) => {

@@ -93,7 +93,11 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     if let Some(state) = state.filter(|_| args.resume) {
         state.remove()?;
     }
-    validated(&renderer.validation_messages(), console)
+    validated(&renderer.validation_messages(), console)?;
+    match report.counters.lost() {
+        Some(why) => Err(Failure::Unsound(format!("{why}; it is in {}", report.image.file))),
+        None => Ok(()),
+    }
 }
 
 /// The state file of an interrupted render; none for standard output.

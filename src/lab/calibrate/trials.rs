@@ -143,8 +143,12 @@ impl Bench<'_> {
     ) -> Result<Option<BoundedImage>, RenderError> {
         let settings = Settings { seed, samples, replicates, ..self.settings.clone() };
         let fixed = target == Target::Settings;
-        let request =
-            Request { target, confidence: self.confidence, keep_depth: fixed, keep_precision: fixed };
+        let request = Request {
+            confidence: self.confidence,
+            keep_depth: fixed,
+            keep_precision: fixed,
+            ..Request::to(target)
+        };
         let known = self.renderer.render_bounded_with(self.scene, &settings, &request, observer)?;
         Ok((!known.cancelled && known.done == 1.0).then_some(known))
     }

@@ -112,7 +112,13 @@ pub fn find(
         follow(&mut survey, limit, cutoff as f32, HIDDEN_SHARE * target, observer)?;
     }
     let Settings { width, height, depth, cutoff, .. } = *survey.settings();
-    let goal = Goal { target: Some(target), confidence: 0.5, pilot: LEAST_SAMPLES, most: MOST_SAMPLES };
+    let goal = Goal {
+        target: Some(target),
+        confidence: 0.5,
+        first: LEAST_SAMPLES,
+        pilot: LEAST_SAMPLES,
+        most: MOST_SAMPLES,
+    };
     let mut allocation = Allocation::new(width, height, REPLICATES as usize, goal, Caps::default());
     while let Some(step) = allocation.next_step(f64::INFINITY) {
         let traced = survey.trace(&step.pixels, step.samples.clone(), observer)?;
