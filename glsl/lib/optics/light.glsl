@@ -12,7 +12,7 @@ real before_light(real3 light, real3 segment) {
 }
 
 // Light through `light`, if nothing is between: intensity * cos / distance^2. On a software
-// device no branch around the tests: loads outside control flow are cheaper (traverse.glsl), and packets are whole.
+// device no branch around the tests: loads outside control flow are cheaper (brute_force.glsl), and packets are whole.
 vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_rays) {
     real3 to_light = light.position - s.position;
     real along = dot3(to_light, s.normal);

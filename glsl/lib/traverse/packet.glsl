@@ -74,16 +74,6 @@ uint pick(uint low, uint high, uint i) {
     X(16) X(17) X(18) X(19) X(20) X(21) X(22) X(23)
 #define IS_KEPT(k) (uint(k) * lanes <= stack_size)
 
-// The kind outside the hierarchy, one after the other.
-void test_outside(TraversalRay r, bool alive, bool any, inout Best best) {
-    for (uint i = 0u; i < few_triangles; i++) {
-        try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);
-    }
-    for (uint i = 0u; i < few_spheres; i++) {
-        try_sphere(gather_sphere(i), triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
-    }
-}
-
 #define PUT(k) if (IS_KEPT(k)) { \
         uint place = uint(k) * lanes + lane - top; \
         kept_##k = place < entered ? (lanes > 4u || k % 2 == 0 ? pushed : pushed_odd) : kept_##k; \

@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/traverse/traverse.glsl`, and of `glsl/lib/traverse/packet.glsl`, whose rays find the same together.
+//! Twin of the files of `glsl/lib/traverse`. Each ray walks alone: those of `packet.glsl` find the same together.
 
 use super::super::real::{Real, Real3, U, is_not_finite};
 use super::super::structs::{ExtendedSphere, Hit, Node, Sphere, Triangle};
@@ -11,7 +11,7 @@ use crate::kernel::abi::{
     Specialisation,
 };
 
-/// The buffers that `trace.glsl` needs.
+/// The buffers that `traverse.glsl` needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Shapes<'a> {
     /// Specialisation constants.
