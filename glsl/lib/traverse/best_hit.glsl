@@ -10,8 +10,8 @@ struct Best {
 
 // True if a hit near a triangle's plane is an artefact: t is off by some 40u over the triangle's
 // height (slivers), so that a ray which leaves a surface may seem to meet a neighbour in its plane.
-// The origin's side of the plane is what the spawn offset keeps clear of doubt. Where rounding could
-// have made either sign (4u a component), the hit stands: meshes stay closed.
+// The origin's side of the plane is what the spawn offset keeps clear of doubt. Where rounding
+// could have made either sign (4u a component), the hit stands: meshes stay closed.
 bool recedes(Triangle t, real3 normal, TraversalRay r, real distance) {
     real3 e1 = t.b - t.a, e2 = t.c - t.a, to = t.a - r.origin;
     real m1 = max_component(e1), m2 = max_component(e2);
@@ -22,8 +22,8 @@ bool recedes(Triangle t, real3 normal, TraversalRay r, real distance) {
 }
 
 // Takes a hit into `best` if it is nearer. It must lie in the primitive's own box, and its t is
-// confined to the box's interval: whatever rounding did to t, no node around the primitive is culled
-// then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
+// confined to the box's interval: whatever rounding did to t, no node around the primitive is
+// culled then, and the hierarchy finds what brute force finds, bit for bit (numerics.md, Boxes).
 void take_hit(Best h, bool hit, real3 lo, real3 hi, TraversalRay r, inout Best best) {
     // One condition and no early return: lavapipe would keep the values of each way out.
     if (robust != 0u) {

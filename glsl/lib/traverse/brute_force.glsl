@@ -1,17 +1,18 @@
 // Primitives one by one: all of them where there is no hierarchy, else those outside it.
 
 // First the filter for each of at most 32 primitives, written out, then the whole test for what
-// passes. lavapipe loads an address that all lanes share once if the load is outside all control flow,
-// and it runs both sides of a branch (docs/design/decisions/005-brute-force-filter.md); on a GPU the
-// lanes do not diverge.
+// passes. lavapipe loads an address that all lanes share once if the load is outside all control
+// flow, and it runs both sides of a branch (docs/design/decisions/005-brute-force-filter.md); on a
+// GPU the lanes do not diverge.
 void walk_few(TraversalRay r, bool any, inout Best best) {
     uint candidates = 0u;
     [[unroll]] for (uint i = 0u; i < few_triangles; i++) candidates |= filter_triangle(i, r);
     [[unroll]] for (uint i = 0u; i < few_spheres; i++) candidates |= filter_sphere(i, r);
     const uint are_triangles = few_triangles < 32u ? (1u << few_triangles) - 1u : 0xffffffffu;
 #ifdef LANES
-    // The lanes test each candidate of any of them together, so that one fetch serves all. A loop ends in its
-    // condition (packet.glsl), so its body runs at least once, for no lane if there is no candidate.
+    // The lanes test each candidate of any of them together, so that one fetch serves all. A loop
+    // ends in its condition (packet.glsl), so its body runs at least once, for no lane if there is
+    // no candidate.
     if (few_triangles != 0u) {
         uint of_any = any_lane(candidates & are_triangles);
         do {
@@ -54,8 +55,8 @@ void walk_brute(TraversalRay r, bool any, inout Best best) {
 }
 
 #ifdef LANES
-// What is outside the hierarchy, by the whole test: at most eight primitives, fetched by the lanes together.
-// `alive`: the ray looks for hits.
+// What is outside the hierarchy, by the whole test: at most eight primitives, fetched by the lanes
+// together. `alive`: the ray looks for hits.
 void test_outside(TraversalRay r, bool alive, bool any, inout Best best) {
     for (uint i = 0u; i < few_triangles; i++) {
         try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);

@@ -1,7 +1,9 @@
 // Filters: a handful of operations without a branch, false only where the whole test of a primitive
-// finds no hit. They use none of the exact rechecks, so a primitive that passes may still be missed.
+// finds no hit. They use none of the exact rechecks, so a primitive that passes may still be
+// missed.
 
-// Of the primitives outside the hierarchy, as bits: triangle i is bit i, sphere i is bit few_triangles + i.
+// Of the primitives outside the hierarchy, as bits: triangle i is bit i, sphere i is bit
+// few_triangles + i.
 uint filter_triangle(uint i, TraversalRay r) {
 #ifdef LANES
     Triangle t = gather_triangle(i);

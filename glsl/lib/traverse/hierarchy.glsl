@@ -17,10 +17,10 @@ void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
     c0 = c;
 }
 
-// Three loops within one, each as short as can be, so that lanes which have something to do seldom wait
-// for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal on GPUs",
-// HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes the filter, and
-// the whole test when each lane has one or is done.
+// Three loops within one, each as short as can be, so that lanes which have something to do seldom
+// wait for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal
+// on GPUs", HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes
+// the filter, and the whole test when each lane has one or is done.
 void walk_bvh(TraversalRay r, bool any, inout Best best) {
     uint stack[STACK_SIZE + 4u]; // below all DONE, above all what is written and not kept
     stack[0] = DONE;

@@ -1,11 +1,13 @@
-// Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then spheres.
+// Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
+// spheres.
 //
 // Which walk is taken, by specialisation constants that the plan sets (src/plan/mod.rs):
-// - without a hierarchy brute force (brute_force.glsl): up to UNROLL_MAX primitives behind a filter, more
-//   in a plain loop;
-// - with a hierarchy first what is outside it, one by one (the kind of which the scene has few), then the
-//   nodes: each ray alone (hierarchy.glsl), or in the form `packet` all rays of a subgroup together
-//   (packet.glsl).
+// - without a hierarchy brute force (brute_force.glsl): up to UNROLL_MAX primitives behind a
+//   filter, more in a plain loop;
+// - with a hierarchy first what is outside it, one by one (the kind of which the scene has few),
+//   then the nodes: each ray alone (hierarchy.glsl), or in the form `packet` all rays of a subgroup
+//   together (packet.glsl).
+//
 // All of them find the same hits, bit for bit (numerics.md, Boxes).
 //
 // Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(extended_spheres), FETCHES_NODES,
