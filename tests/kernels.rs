@@ -229,8 +229,8 @@ fn shadow() {
     assert!(clamped > 0, "no light touches a surface");
 }
 
-/// What `trace` finds before it at depths 1 and 2: rays behind places of any order.
-fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
+/// What `fused_depth` finds before it at depths 1 and 2: rays behind places of any order.
+fn before_fused_depth(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
     [1, 2].map(|depth| {
         let mut memory = state.hit();
         memory.run(Kernel::Shade, &state.spec, &state.push());
@@ -248,20 +248,20 @@ fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
     })
 }
 
-fn check_trace(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) {
-    for (memory, push) in before_trace(state, rng) {
+fn check_fused_depth(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) {
+    for (memory, push) in before_fused_depth(state, rng) {
         let what = format!("{what}, depth {}", push.depth);
-        let twin = check(bench, state, &memory, Kernel::Trace, &push, &what);
+        let twin = check(bench, state, &memory, Kernel::FusedDepth, &push, &what);
         assert!(twin.depth_counts[push.depth as usize - 1].shadow > 100, "{what}");
     }
 }
 
 #[test]
-fn trace() {
+fn fused_depth() {
     let mut states = 0;
     each_state(0..4, |bench, state, rng, what| {
         if state.spec.fused != 0 {
-            check_trace(bench, state, rng, what);
+            check_fused_depth(bench, state, rng, what);
             states += 1;
         }
     });
@@ -272,8 +272,9 @@ fn trace() {
 fn place() {
     let mut children = 0;
     each_state(0..4, |bench, state, rng, what| {
-        for (mut memory, push) in before_trace(state, rng).into_iter().filter(|_| state.spec.fused != 0) {
-            memory.run(Kernel::Trace, &state.spec, &push);
+        for (mut memory, push) in before_fused_depth(state, rng).into_iter().filter(|_| state.spec.fused != 0)
+        {
+            memory.run(Kernel::FusedDepth, &state.spec, &push);
             memory.run(Kernel::Scan, &state.spec, &push);
             children += memory.next_queue[0].count;
             check(bench, state, &memory, Kernel::Place, &push, &format!("{what}, depth {}", push.depth));

@@ -296,7 +296,7 @@ host {
 }
 device {
     /// A ray in flight, 48 bytes (f64: 72). Written by `generate` and `spawn`, read by `intersect`, `shade`,
-    /// `spawn`, `shadow`; or written and read by `trace`. `direction` has unit length.
+    /// `spawn`, `shadow`; or written and read by `fused_depth`. `direction` has unit length.
     struct Ray {
         /// Local frame.
         origin: real3,
@@ -413,7 +413,7 @@ device {
         cut_high: uint,
     }
 
-    /// What a ray adds to its sample, 16 bytes. Written by `shadow` or `trace`, read by `gather`.
+    /// What a ray adds to its sample, 16 bytes. Written by `shadow` or `fused_depth`, read by `gather`.
     struct Contribution {
         /// Weighted colour.
         light: vec3,
@@ -601,7 +601,7 @@ specialisation! {
     triangles_outside: 0;
     /// 1: the spheres are few and outside the hierarchy.
     spheres_outside: 0;
-    /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
+    /// 1: `fused_depth` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
 }
 
@@ -663,7 +663,7 @@ buffers! {
     surfaces / Surfaces: "Surface";
     /// Children of each workgroup of `shade`: reflections << 16 | refractions.
     child_counts / ChildCounts: "uint";
-    /// Which children the rays of each subgroup of `trace` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
+    /// Which children the rays of each subgroup of `fused_depth` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
     child_masks / ChildMasks: "uint";
     /// Exclusive prefix sum over the children of workgroups: where a workgroup's children start in `next_rays`.
     offsets / Offsets: "uint";
@@ -683,6 +683,6 @@ buffers! {
     depth_counts / DepthCounts: "DepthCount";
     /// Counters.
     counters / Counters: "uint";
-    /// Operands and results of `selftest`; outside the frame.
+    /// Operands and results of `self_test`; outside the frame.
     self_test / SelfTest: "real";
 }

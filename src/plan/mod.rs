@@ -332,7 +332,7 @@ impl Plan {
         let groups = capacity.div_ceil(u64::from(self.specialisation.workgroup)) + 1;
         let media = u64::from(packed.media_capacity);
         let (Choice { fused, joined }, deep) = (choice, self.last_depth > 1);
-        // `trace` leaves a ray's children at places of their own.
+        // `fused_depth` leaves a ray's children at places of their own.
         let places = if fused && deep && packed.branching { 2 * capacity } else { capacity };
         let masks = u64::from(self.specialisation.workgroup / limits.shuffle_lanes.max(1));
         self.buffer_bytes = abi::BUFFERS
@@ -418,7 +418,7 @@ const DEFAULT_WORKGROUP: u32 = 64;
 
 /// Whether one kernel can bind what the stages of a depth read and write.
 fn binds_all(limits: &Limits) -> bool {
-    let code = Kernel::Trace.code();
+    let code = Kernel::FusedDepth.code();
     limits.storage_buffers >= (code.reads | code.writes).count_ones()
 }
 

@@ -3,7 +3,7 @@
 // missed.
 
 // Of the primitives outside the hierarchy, as bits: triangle i is bit i, sphere i is bit
-// few_triangles + i.
+// outside_triangle_count + i.
 uint filter_triangle(uint i, TraversalRay r) {
 #ifdef LANES
     Triangle t = gather_triangle(i);
@@ -24,17 +24,18 @@ uint filter_sphere(uint i, TraversalRay r) {
     Sphere s = spheres[i];
 #endif
     bool may = may_hit_sphere(s, r.origin, r.direction, triangle_count + i == r.skip);
-    return may ? 1u << (few_triangles + i) : 0u;
+    return may ? 1u << (outside_triangle_count + i) : 0u;
 }
 
 // Of one primitive of the hierarchy, by its number.
 bool may_hit(uint primitive, TraversalRay r) {
     bool may = true;
-    if (tree_triangles && primitive < triangle_count) {
+    if (triangles_in_hierarchy && primitive < triangle_count) {
         may = primitive != r.skip && may_hit_triangle(load_triangles(primitive), r.origin, r.shear);
     }
-    if (tree_spheres && primitive >= triangle_count) {
-        may = may_hit_sphere(load_spheres(primitive - triangle_count), r.origin, r.direction, primitive == r.skip);
+    if (spheres_in_hierarchy && primitive >= triangle_count) {
+        Sphere s = load_spheres(primitive - triangle_count);
+        may = may_hit_sphere(s, r.origin, r.direction, primitive == r.skip);
     }
     return may;
 }

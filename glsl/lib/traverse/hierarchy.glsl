@@ -1,4 +1,4 @@
-// The walk of one ray over the hierarchy of nodes with four children (src/prepare/bvh/wide.rs).
+// Traversal of the hierarchy by one ray, over nodes with four children (src/prepare/bvh/wide.rs).
 
 // Entry distance into a child's box, or FAR if the ray misses it.
 real entry(real3 lo, real3 hi, TraversalRay r, real limit) {
@@ -21,7 +21,7 @@ void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
 // wait for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal
 // on GPUs", HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes
 // the filter, and the whole test when each lane has one or is done.
-void walk_bvh(TraversalRay r, bool any, inout Best best) {
+void traverse_hierarchy(TraversalRay r, bool any, inout Best best) {
     uint stack[STACK_SIZE + 4u]; // below all DONE, above all what is written and not kept
     stack[0] = DONE;
     uint top = 1u, steps = 0u;
@@ -77,8 +77,8 @@ void walk_bvh(TraversalRay r, bool any, inout Best best) {
             break;
         }
         if (candidate != NONE) {
-            if (tree_triangles && candidate < triangle_count) test_triangle(candidate, r, best);
-            if (tree_spheres && candidate >= triangle_count) test_sphere(candidate, r, best);
+            if (triangles_in_hierarchy && candidate < triangle_count) test_triangle(candidate, r, best);
+            if (spheres_in_hierarchy && candidate >= triangle_count) test_sphere(candidate, r, best);
             if (any && best.primitive != NONE) break;
         }
     }

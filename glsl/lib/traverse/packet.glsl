@@ -1,25 +1,25 @@
-// The walk of all rays of a subgroup, a packet, over the hierarchy together.
+// Traversal of the hierarchy by all rays of a subgroup, a packet, together.
 //
 // What it does. The packet enters every node that any of its rays meets, nearest first, and tests
 // every primitive of the leaves with all its rays, a ray a lane. It is for devices on which a
 // vector of 4 or 8 lanes is the whole machine (src/plan/mod.rs, `Limits::forms`): a lane's own
 // loads and stores are dear there, shuffles and arithmetic cheap, and both sides of a branch are
-// executed. Every lane of the subgroup must call it. The hits are those of `walk_bvh`, bit for bit:
-// neither the nodes nor their order decide them (numerics.md, Boxes).
+// executed. Every lane of the subgroup must call it. The hits are those of `traverse_hierarchy`,
+// bit for bit: neither the nodes nor their order decide them (numerics.md, Boxes).
 //
 // Papers. Wald, Slusallek, Benthin and Wagner, "Interactive Rendering with Coherent Ray Tracing",
-// Eurographics 2001: rays of a packet share one walk. Ylitie, Karras and Laine, "Efficient
+// Eurographics 2001: rays of a packet traverse together. Ylitie, Karras and Laine, "Efficient
 // Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017: the nodes. Batcher,
 // "Sorting Networks and Their Applications", AFIPS 1968: the order of children.
 //
 // Layout of a node (src/prepare/bvh/compressed.rs). Eight children of a texel each; lane i fetches
 // child i, and of four lanes each fetches child i and child i + 4. The first six texels also hold
 // one number of the node's grid each. A lane tests its child with every ray of the packet, so boxes
-// are never exchanged, only the rays: once, before the walk.
+// are never exchanged, only the rays: once, before the traversal.
 //
 // Layout of the stack. Entry i lies in row i / lanes of lane i % lanes. A row is a variable of the
 // lane, a register as far as the machine has them. `top`, the number of entries, is the same in all
-// lanes. Entry 0 is DONE, which ends the walk.
+// lanes. Entry 0 is DONE, which ends the traversal.
 //
 // Loops over rays and rows are unrolled: the optimiser then makes a variable of each array element,
 // where an array with an index known only at run time would lie in memory. It also makes the lanes
@@ -220,7 +220,7 @@ uint pop(bool wanted, inout PacketStack stack) {
 }
 
 // `alive`: the ray looks for hits up to best.t.
-void walk_packet(TraversalRay r, bool alive, bool any, inout Best best) {
+void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
     uint lane = gl_SubgroupInvocationID;
     Packet packet;
     share_rays(r, packet);
@@ -261,11 +261,11 @@ void walk_packet(TraversalRay r, bool alive, bool any, inout Best best) {
             uint at = current & ((1u << LEAF_FIRST_BITS) - 1u);
             uint more = (current & ~LEAF_BIT) >> LEAF_FIRST_BITS;
             bool leaf = current != DONE;
-            if (tree_triangles) {
-                bool mine = leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count);
+            if (triangles_in_hierarchy) {
+                bool mine = leaf && limit >= 0.0 && (!spheres_in_hierarchy || at < triangle_count);
                 try_triangle(gather_triangle(leaf ? at : 0u), at, mine, r, best);
             }
-            if (tree_spheres) {
+            if (spheres_in_hierarchy) {
                 bool sphere = leaf && at >= triangle_count, mine = sphere && limit >= 0.0;
                 try_sphere(gather_sphere(sphere ? at - triangle_count : 0u), at, mine, r, best);
             }

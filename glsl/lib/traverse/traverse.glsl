@@ -1,7 +1,7 @@
 // Closest hit and occlusion over all primitives. Primitives are numbered triangles first, then
 // spheres.
 //
-// Which walk is taken, by specialisation constants that the plan sets (src/plan/mod.rs):
+// Which traversal is taken, by specialisation constants that the plan sets (src/plan/mod.rs):
 // - without a hierarchy brute force (brute_force.glsl): up to UNROLL_MAX primitives behind a
 //   filter, more in a plain loop;
 // - with a hierarchy first what is outside it, one by one (the kind of which the scene has few),
@@ -22,17 +22,17 @@
 #include "traverse/traversal_ray.glsl"
 #include "traverse/best_hit.glsl"
 
-const bool by_tree = use_bvh != 0u;
+const bool by_hierarchy = use_bvh != 0u;
 
 // What is tested one by one: everything, or the kind of which there are few.
-const uint few_triangles = !by_tree || triangles_outside != 0u ? triangle_count : 0u;
-const uint few_spheres = !by_tree || spheres_outside != 0u ? sphere_count : 0u;
+const uint outside_triangle_count = !by_hierarchy || triangles_outside != 0u ? triangle_count : 0u;
+const uint outside_sphere_count = !by_hierarchy || spheres_outside != 0u ? sphere_count : 0u;
 
-// Kinds in the hierarchy: the walk has no code for one that is not.
-const bool tree_triangles = triangle_count != 0u && triangles_outside == 0u;
-const bool tree_spheres = sphere_count != 0u && spheres_outside == 0u;
+// Kinds in the hierarchy: a traversal has no code for one that is not.
+const bool triangles_in_hierarchy = triangle_count != 0u && triangles_outside == 0u;
+const bool spheres_in_hierarchy = sphere_count != 0u && spheres_outside == 0u;
 
-// No node and no leaf: the end of a walk.
+// No node and no leaf: the end of a traversal.
 const uint DONE = 0xffffffffu;
 
 #include "traverse/filter.glsl"
@@ -49,16 +49,16 @@ Hit closest_hit(TraversalRay r, real limit, bool any) {
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Best best = Best(finite ? limit : real(0.0), 0.0, 0.0, NONE, NONE);
-    if (!by_tree) {
-        walk_brute(r, any, best);
+    if (!by_hierarchy) {
+        traverse_brute_force(r, any, best);
         return Hit(best.t, best.u, best.v, best.primitive);
     }
 #ifdef LANES
     test_outside(r, finite && limit > 0.0, any, best);
-    walk_packet(r, finite && limit > 0.0 && !(any && best.primitive != NONE), any, best);
+    traverse_packet(r, finite && limit > 0.0 && !(any && best.primitive != NONE), any, best);
 #else
-    if (few_triangles + few_spheres != 0u) walk_few(r, any, best);
-    if (!(any && best.primitive != NONE)) walk_bvh(r, any, best);
+    if (outside_triangle_count + outside_sphere_count != 0u) filtered_brute_force(r, any, best);
+    if (!(any && best.primitive != NONE)) traverse_hierarchy(r, any, best);
 #endif
     return Hit(best.t, best.u, best.v, best.primitive);
 }

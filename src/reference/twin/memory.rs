@@ -6,7 +6,7 @@ use super::structs::{
     Material, Node, Path, Push, Queue, Ray, Sphere, Surface, Triangle,
 };
 use super::{PRECISION, from_host};
-use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
+use super::{fused_depth, gather, generate, intersect, place, resolve, scan, shade, shadow, spawn};
 use crate::kernel::abi::double::Camera as HostCamera;
 use crate::kernel::abi::{BUFFERS, Buf, Specialisation};
 use crate::kernel::table::Kernel;
@@ -189,8 +189,8 @@ impl Memory {
                 gather::gather(&m.queue, &m.contributions, &mut m.sample_radiance, &mut m.counters);
             }
             // No part of a frame: `crate::render::self_test` judges what it writes.
-            Kernel::Selftest => {}
-            Kernel::Trace => trace::trace(
+            Kernel::SelfTest => {}
+            Kernel::FusedDepth => fused_depth::fused_depth(
                 spec,
                 push,
                 &m.camera,
