@@ -1,7 +1,7 @@
 // Traversal of the hierarchy by all rays of a subgroup, a packet, together.
 //
 // What it does. The packet enters every node that any of its rays meets, nearest first, and tests
-// every primitive of the leaves with all its rays, a ray a lane. It is for devices on which a
+// every primitive of the leaves with all its rays, one ray per lane. It is for devices on which a
 // vector of 4 or 8 lanes is the whole machine (src/plan/mod.rs, `Limits::forms`): a lane's own
 // loads and stores are dear there, shuffles and arithmetic cheap, and both sides of a branch are
 // executed. Every lane of the subgroup must call it. The hits are those of `traverse_hierarchy`,
@@ -12,20 +12,21 @@
 // Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017: the nodes. Batcher,
 // "Sorting Networks and Their Applications", AFIPS 1968: the order of children.
 //
-// Layout of a node (src/prepare/bvh/compressed.rs). Eight children of a texel each; lane i fetches
-// child i, and of four lanes each fetches child i and child i + 4. The first six texels also hold
-// one number of the node's grid each. A lane tests its child with every ray of the packet, so boxes
-// are never exchanged, only the rays: once, before the traversal.
+// Layout of a node (src/prepare/bvh/compressed.rs). It has eight children of one texel each. Lane i
+// fetches child i; of four lanes each fetches child i and child i + 4. The first six texels also
+// hold one number of the node's grid each. A lane tests its child with every ray of the packet, so
+// boxes are never exchanged. Lanes exchange their rays once, before the traversal, and limits
+// before each descent.
 //
 // Layout of the stack. Entry i lies in row i / lanes of lane i % lanes. A row is a variable of the
 // lane, a register as far as the machine has them. `top`, the number of entries, is the same in all
 // lanes. Entry 0 is DONE, which ends the traversal.
 //
 // Loops over rays and rows are unrolled: the optimiser then makes a variable of each array element,
-// where an array with an index known only at run time would lie in memory. It also makes the lanes
-// of most shuffles constant, for which lavapipe has an instruction; other shuffles are loops over
-// the lanes. A `while` is at the end of its loop, without a `break`: lavapipe executes what follows
-// a `break` once more for no lane.
+// where an array with an index known only at run time would lie in memory. The number of a ray's
+// lane is constant then, too: for such a shuffle lavapipe has an instruction, for others a loop
+// over the lanes. A `while` is at the end of its loop, without a `break`: lavapipe executes what
+// follows a `break` once more for no lane.
 
 const uint LANES_MOST = 8u;
 const uint ROWS_MOST = (PACKET_STACK_SIZE + 1u) / 4u;
