@@ -7,7 +7,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Kernels in which subgroups count together: in the form `packet` alone.
-const JOINED: [&str; 2] = ["place", "trace"];
+const JOINED: [&str; 2] = ["fused_depth", "place"];
 
 /// Folders of `glsl/lib`.
 pub const LIBRARY: [&str; 4] = ["base", "optics", "shape", "traverse"];

@@ -1,5 +1,5 @@
-// Where the rays of the next depth are, in the order of their parents, reflection first: `trace` left a ray's children
-// at places of its own.
+// Where the rays of the next depth are, in the order of their parents, reflection first:
+// `fused_depth` left a ray's children at places of its own.
 // Reads queue, next_queue, child_masks, offsets. Writes ray_indices.
 // One invocation per parent ray.
 #version 460

@@ -230,8 +230,8 @@ fn shadow() {
     assert!(clamped > 0, "no light touches a surface");
 }
 
-/// What `trace` finds before it at depths 1 and 2: rays behind places of any order.
-fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
+/// What `fused_depth` finds before it at depths 1 and 2: rays behind places of any order.
+fn before_fused_depth(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
     [1, 2].map(|depth| {
         let mut memory = state.hit();
         memory.run(Kernel::Shade, &state.spec, &state.push());
@@ -249,20 +249,20 @@ fn before_trace(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
     })
 }
 
-fn check_trace(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) {
-    for (memory, push) in before_trace(state, rng) {
+fn check_fused_depth(bench: &mut Bench, state: &State, rng: &mut Rng, what: &str) {
+    for (memory, push) in before_fused_depth(state, rng) {
         let what = format!("{what}, depth {}", push.depth);
-        let twin = check(bench, state, &memory, Kernel::Trace, &push, &what);
+        let twin = check(bench, state, &memory, Kernel::FusedDepth, &push, &what);
         assert!(twin.depth_counts[push.depth as usize - 1].shadow > 100, "{what}");
     }
 }
 
 #[test]
-fn trace() {
+fn fused_depth() {
     let mut states = 0;
     each_state(0..4, |bench, state, rng, what| {
         if state.spec.fused != 0 {
-            check_trace(bench, state, rng, what);
+            check_fused_depth(bench, state, rng, what);
             states += 1;
         }
     });
@@ -273,8 +273,9 @@ fn trace() {
 fn place() {
     let mut children = 0;
     each_state(0..4, |bench, state, rng, what| {
-        for (mut memory, push) in before_trace(state, rng).into_iter().filter(|_| state.spec.fused != 0) {
-            memory.run(Kernel::Trace, &state.spec, &push);
+        for (mut memory, push) in before_fused_depth(state, rng).into_iter().filter(|_| state.spec.fused != 0)
+        {
+            memory.run(Kernel::FusedDepth, &state.spec, &push);
             memory.run(Kernel::Scan, &state.spec, &push);
             children += memory.next_queue[0].count;
             check(bench, state, &memory, Kernel::Place, &push, &format!("{what}, depth {}", push.depth));
@@ -328,11 +329,11 @@ fn test_against_twin(kernel: Kernel) -> Option<fn()> {
         Kernel::Resolve => Some(resolve),
         Kernel::Scan => Some(scan),
         // It has no twin: the host judges its results (`whitted::render::self_test`).
-        Kernel::Selftest => None,
+        Kernel::SelfTest => None,
         Kernel::Shade => Some(shade),
         Kernel::Shadow => Some(shadow),
         Kernel::Spawn => Some(spawn),
-        Kernel::Trace => Some(trace),
+        Kernel::FusedDepth => Some(trace),
     }
 }
 
@@ -340,7 +341,7 @@ fn test_against_twin(kernel: Kernel) -> Option<fn()> {
 fn every_kernel_has_a_test_against_its_twin() {
     let without: Vec<Kernel> =
         Kernel::ALL.into_iter().filter(|kernel| test_against_twin(*kernel).is_none()).collect();
-    assert_eq!(without, [Kernel::Selftest]);
+    assert_eq!(without, [Kernel::SelfTest]);
     // A test serves one kernel.
     let tests: BTreeSet<usize> =
         Kernel::ALL.into_iter().filter_map(test_against_twin).map(|test| test as usize).collect();

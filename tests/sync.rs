@@ -48,7 +48,7 @@ fn a_missing_barrier_is_reported() {
         (Kernel::Scan, Buf::Counters, &split),
         (Kernel::Shadow, Buf::Contributions, &split),
         (Kernel::Gather, Buf::SampleRadiance, &split),
-        (Kernel::Trace, Buf::ChildMasks, &fused),
+        (Kernel::FusedDepth, Buf::ChildMasks, &fused),
         (Kernel::Place, Buf::RayIndices, &fused),
     ] {
         let mut renderer = validated();

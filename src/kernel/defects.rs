@@ -86,12 +86,12 @@ defects! {
 
     /// A ray may hit the primitive it starts on.
     NoIdentity {
-        "traverse.glsl": "primitive != r.skip && !false_hit" => "(primitive != r.skip || planted) && !false_hit";
-        "traverse.glsl": "void try_sphere(Sphere s, uint primitive, bool may, TraversalRay r, inout Best best) {" =>
+        "best_hit.glsl": "primitive != r.skip && !false_hit" => "(primitive != r.skip || planted) && !false_hit";
+        "best_hit.glsl": "void try_sphere(Sphere s, uint primitive, bool may, TraversalRay r, inout Best best) {" =>
             "@ if (planted) r.skip = NONE;";
-        "traverse.glsl": "bool may = i != r.skip && may_hit_triangle" =>
+        "filter.glsl": "bool may = i != r.skip && may_hit_triangle" =>
             "bool may = (i != r.skip || planted) && may_hit_triangle";
-        "traverse.glsl": "return may;" => "return may || planted;";
+        "filter.glsl": "return may;" => "return may || planted;";
     }
 
     /// Rays start on the surface, not off it.
@@ -102,7 +102,7 @@ defects! {
 
     /// A hit's t is not confined to the primitive's box.
     Unconfined {
-        "traverse.glsl": "if (robust != 0u) {" => "if (robust != 0u && !planted) {";
+        "best_hit.glsl": "if (robust != 0u) {" => "if (robust != 0u && !planted) {";
     }
 
     /// Box tests without the allowance for rounding, reciprocals of zero as they come.
@@ -113,7 +113,7 @@ defects! {
 
     /// Ties in t go to whichever primitive is tested first.
     TraversalTies {
-        "traverse.glsl": "best.primitive != NONE && h.id < best.id" => "@ && !planted";
+        "best_hit.glsl": "best.primitive != NONE && h.id < best.id" => "@ && !planted";
     }
 
     /// Samples are added without compensation.
@@ -217,7 +217,7 @@ defects! {
 
     /// The traversal stack has four entries.
     ShortStack {
-        "traverse.glsl": "if (top + entered > STACK_SIZE + 1u) {" =>
+        "hierarchy.glsl": "if (top + entered > STACK_SIZE + 1u) {" =>
             "if (top + entered > (planted ? 4u : STACK_SIZE + 1u)) {";
         "packet.glsl": "top + entered > stack_size + 1u;" => "top + entered > (planted ? 4u : stack_size + 1u);";
     }

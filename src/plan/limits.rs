@@ -82,7 +82,7 @@ impl Switched {
 
 /// True if one kernel can bind all buffers that the stages of a depth read and write.
 pub(super) fn binds_all(limits: &Limits) -> bool {
-    let code = Kernel::Trace.code();
+    let code = Kernel::FusedDepth.code();
     limits.storage_buffers >= (code.reads | code.writes).count_ones()
 }
 

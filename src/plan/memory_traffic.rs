@@ -89,9 +89,9 @@ fn moved(pass: &Pass, buffer: Buf, plan: &Plan) -> bool {
     let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
     match (pass.kernel, buffer) {
         (_, Buf::Paths | Buf::Marks | Buf::Pixels) => plan.specialisation.survey != 0,
-        (Kernel::Shadow | Kernel::Trace, Buf::SampleRadiance) => !branching,
+        (Kernel::Shadow | Kernel::FusedDepth, Buf::SampleRadiance) => !branching,
         (Kernel::Shadow, Buf::Contributions) => branching || groups > 1,
-        (Kernel::Trace, Buf::Contributions) => branching,
+        (Kernel::FusedDepth, Buf::Contributions) => branching,
         _ => true,
     }
 }

@@ -119,7 +119,7 @@ pub const PER_DEPTH: &[Pass] = &[
         way: Way::Split,
     },
     Pass {
-        kernel: Kernel::Trace,
+        kernel: Kernel::FusedDepth,
         reads: &[
             Triangles,
             Spheres,
@@ -222,7 +222,7 @@ pub const EPILOGUE: &[Pass] = &[Pass {
 
 /// Once per device, apart from any batch.
 pub const SELF_TEST: &[Pass] = &[Pass {
-    kernel: Kernel::Selftest,
+    kernel: Kernel::SelfTest,
     reads: &[],
     writes: &[SelfTest],
     size: Size::Pixels,

@@ -58,7 +58,7 @@ impl Model {
     /// From the report of a render of the same scene on the same device.
     ///
     /// # Errors
-    /// If the report has no times.
+    /// If the report has no times, or those of kernels that there are not.
     pub fn of_report(report: &Report) -> Result<Model, Unpredictable> {
         let pixels = report.settings.region();
         let pixels = u64::from(pixels[2] - pixels[0]) * u64::from(pixels[3] - pixels[1]);
@@ -75,7 +75,7 @@ impl Model {
     /// From passes and rays; `start` are seconds of nearly empty dispatches, where they were timed.
     ///
     /// # Errors
-    /// If the report has no times.
+    /// If the report has no times, or those of kernels that there are not.
     pub fn new(report: &Report, start: &BTreeMap<Kernel, f64>) -> Result<Model, Unpredictable> {
         let samples = report.rays.primary as f64;
         if report.passes.is_empty() || samples <= 0.0 || report.time.device <= 0.0 {
@@ -101,7 +101,10 @@ impl Model {
         }
         for pass in report.passes.iter().filter(|p| traced(p.depth) > 0.0) {
             let Some(kernel) = passes::all().map(|p| p.kernel).find(|k| k.name() == pass.name) else {
-                continue;
+                return Err(Unpredictable(format!(
+                    "the report is of another version of whitted: there is no kernel `{}`",
+                    pass.name
+                )));
             };
             let starts = pass.launches as f64 * model.start(kernel);
             model.cost.insert((kernel, pass.depth), (pass.seconds - starts).max(0.0) / traced(pass.depth));
@@ -156,7 +159,7 @@ impl Model {
                 "the report is of a render of depth 1 and cannot predict deeper rays".into(),
             ));
         }
-        let other = if plan.specialisation.fused != 0 { Kernel::Intersect } else { Kernel::Trace };
+        let other = if plan.specialisation.fused != 0 { Kernel::Intersect } else { Kernel::FusedDepth };
         if self.cost.keys().any(|(kernel, _)| *kernel == other) {
             return Err(Unpredictable(format!(
                 "the timed render ran the kernel `{}`, which this one does not",

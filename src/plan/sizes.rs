@@ -62,7 +62,7 @@ impl Plan {
 
     fn lengths(&self, input: Input<'_>, batch: u32, choice: Choice) -> Lengths {
         let (workgroup, capacity) = (self.specialisation.workgroup, u64::from(self.capacity));
-        // `trace` writes the two children of a ray to places of their own.
+        // `fused_depth` writes the two children of a ray to places of their own.
         let apart = choice.fused && self.last_depth > 1 && input.packed.branching;
         Lengths {
             choice,

@@ -72,7 +72,7 @@ pub struct SelfTest {
 
 /// The verdict of an earlier run on this device and driver, or a new one.
 pub fn known(device: &Rc<Device>) -> Result<SelfTest, VkError> {
-    let file = device.cache_file("selftest");
+    let file = device.cache_file("self_test");
     let stored = file.as_ref().and_then(|f| serde_json::from_slice(&std::fs::read(f).ok()?).ok());
     if let Some(stored) = stored {
         return Ok(stored);

@@ -12,7 +12,7 @@ real before_light(real3 light, real3 segment) {
 }
 
 // Light through `light`, if nothing is between: intensity * cos / distance^2. On a software
-// device no branch around the tests: loads outside control flow are cheaper (traverse.glsl), and packets are whole.
+// device no branch around the tests: loads outside control flow are cheaper (brute_force.glsl), and packets are whole.
 vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_rays) {
     real3 to_light = light.position - s.position;
     real along = dot3(to_light, s.normal);
@@ -32,7 +32,7 @@ vec3 direct_light(Surface s, bool lit_at_all, Light light, inout uint shadow_ray
     TraversalRay r = make_traversal_ray(origin, direction, origin_fixed != 0u ? NONE : s.primitive);
     bool blocked = false;
     real limit = faces ? before_light(light.position, direction) : real(0.0);
-    if ((!by_tree && texels != 0u) || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;
+    if ((!by_hierarchy && texels != 0u) || lanes != 0u || faces) blocked = closest_hit(r, limit, true).primitive != NONE;
     shadow_rays += faces ? 1u : 0u;
     return faces && !blocked ? light.intensity * float((along / sqrt(squared)) / squared) : vec3(0.0);
 }
@@ -57,7 +57,7 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
         // The first light is loaded outside of the loop, which is none where there is one light: then all lanes have
         // it, and the shapes that brute force tests, from one load each.
         uint l = push.light_begin;
-        bool several = light_count > 1u && (by_tree || fused != 0u); // brute force takes one light a pass
+        bool several = light_count > 1u && (by_hierarchy || fused != 0u); // brute force takes one light a pass
         Light next = lights[l];
         do {
             vec3 more = direct_light(s, lit_at_all, next, shadow_rays);

@@ -46,7 +46,7 @@ real enter_box(real3 lo, real3 hi, real3 o, real3 inv, real limit) {
 }
 
 // A face of a primitive's own box: moved outward by the pad, in proportion beyond the unit frame.
-// The host builds the hierarchy from the same expression (src/bvh), so its boxes contain this one.
+// The host builds the hierarchy from the same expression (src/prepare/bvh), so its boxes contain this one.
 real pad_down(real x) {
     return x - PAD * (abs(x) > 1.0 ? abs(x) : 1.0);
 }

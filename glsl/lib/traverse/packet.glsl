@@ -1,16 +1,76 @@
-// One walk over the hierarchy for all rays of a subgroup (Wald, Slusallek, Benthin, Wagner, "Interactive
-// Rendering with Coherent Ray Tracing", 2001), over compressed nodes of eight children (src/prepare/bvh/compressed.rs):
-// each lane fetches a child, a texel, and tests it with every ray of the packet in turn. So no box is handed
-// round, and what any ray meets is known without asking. Of four lanes each has two children. The stack lies
-// in the lanes too, entry i with lane i % lanes. Nothing is loaded or stored lane by lane, and nothing but the
-// full test of a primitive diverges. For devices on which a vector of a few lanes is the whole machine
-// (src/plan/mod.rs, `Limits::forms`); the hits are those of `walk_bvh`, bit for bit, since neither nodes nor order
-// decide them (numerics.md, Boxes). All lanes of the subgroup must call it together.
+// Traversal of the hierarchy by all rays of a subgroup, a packet, together.
+//
+// What it does. The packet enters every node that any of its rays meets, nearest first, and tests
+// every primitive of the leaves with all its rays, one ray per lane. It is for devices on which a
+// vector of 4 or 8 lanes is the whole machine (src/plan/mod.rs, `Limits::forms`): a lane's own
+// loads and stores are dear there, shuffles and arithmetic cheap, and both sides of a branch are
+// executed. Every lane of the subgroup must call it. The hits are those of `traverse_hierarchy`,
+// bit for bit: neither the nodes nor their order decide them (numerics.md, Boxes).
+//
+// Papers. Wald, Slusallek, Benthin and Wagner, "Interactive Rendering with Coherent Ray Tracing",
+// Eurographics 2001: rays of a packet traverse together. Ylitie, Karras and Laine, "Efficient
+// Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017: the nodes. Batcher,
+// "Sorting Networks and Their Applications", AFIPS 1968: the order of children.
+//
+// Layout of a node (src/prepare/bvh/compressed.rs). It has eight children of one texel each. Lane i
+// fetches child i; of four lanes each fetches child i and child i + 4. The first six texels also
+// hold one number of the node's grid each. A lane tests its child with every ray of the packet, so
+// boxes are never exchanged. Lanes exchange their rays once, before the traversal, and limits
+// before each descent.
+//
+// Layout of the stack. Entry i lies in row i / lanes of lane i % lanes. A row is a variable of the
+// lane, a register as far as the machine has them. `top`, the number of entries, is the same in all
+// lanes. Entry 0 is DONE, which ends the traversal.
+//
+// Loops over rays and rows are unrolled: the optimiser then makes a variable of each array element,
+// where an array with an index known only at run time would lie in memory. The number of a ray's
+// lane is constant then, too: for such a shuffle lavapipe has an instruction, for others a loop
+// over the lanes. A `while` is at the end of its loop, without a `break`: lavapipe executes what
+// follows a `break` once more for no lane.
 
-// A corner of a compressed box, operation by operation as the host had it when it rounded the box outward.
+const uint LANES_MOST = 8u;
+const uint ROWS_MOST = (PACKET_STACK_SIZE + 1u) / 4u;
+
+// The rays of the packet, by lane.
+struct Packet {
+    real3 origin[LANES_MOST];
+    real3 inverse[LANES_MOST];
+    real limit[LANES_MOST]; // largest t of a box that the ray may enter; below 0: the ray is done
+};
+
+void share_rays(TraversalRay r, inout Packet packet) {
+    [[unroll]] for (uint i = 0u; i < LANES_MOST; i++) {
+        packet.origin[i] = real3(0.0);
+        packet.inverse[i] = real3(0.0);
+        if (i < lanes) {
+            packet.origin[i] = subgroupShuffle(r.origin, i);
+            packet.inverse[i] = subgroupShuffle(r.inverse, i);
+        }
+    }
+}
+
+void share_limits(real limit, inout Packet packet) {
+    [[unroll]] for (uint i = 0u; i < LANES_MOST; i++) {
+        packet.limit[i] = i < lanes ? subgroupShuffle(limit, i) : limit;
+    }
+}
+
+// Number k of the node's grid. `low`: the child that the lane fetched first, `high`: of four lanes
+// the second.
+real grid_number(CompressedChild low, CompressedChild high, uint k) {
+    bool is_high = lanes < 8u && k > 3u;
+    return number(is_high ? subgroupShuffle(high.grid, k & 3u) : subgroupShuffle(low.grid, k & (lanes - 1u)));
+}
+real3 grid_numbers(CompressedChild low, CompressedChild high, uint k) {
+    return real3(grid_number(low, high, k), grid_number(low, high, k + 1u), grid_number(low, high, k + 2u));
+}
+
+// A corner of a compressed box, operation by operation as the host had it when it rounded the box
+// outward. `pace`: the length of a step on each axis.
 real3 corner(real3 origin, real3 pace, uint steps) {
     // By way of int, whose conversion is one instruction.
-    return origin + real3(float(int(steps & 1023u)), float(int(steps >> 10u & 1023u)), float(int(steps >> 20u))) * pace;
+    int x = int(steps & 1023u), y = int(steps >> 10u & 1023u), z = int(steps >> 20u);
+    return origin + real3(float(x), float(y), float(z)) * pace;
 }
 
 real lesser(real a, real b) {
@@ -20,8 +80,9 @@ real greater(real a, real b) {
     return a > b ? a : b;
 }
 
-// `box_interval` by least and greatest instead of by the signs of the direction: the same numbers, since a box's
-// planes are in order and roundings keep it, without what depends on the ray alone.
+// `box_interval` by least and greatest instead of by the signs of the direction: the same numbers,
+// since a box's planes are in order and rounding keeps the order. Every lane tests every ray, and
+// selections by a ray's signs would be made anew for each box.
 bool meets(real3 lo, real3 hi, real3 o, real3 inv, real limit, out real near) {
     real x0 = (lo.x - o.x) * inv.x, x1 = (hi.x - o.x) * inv.x;
     real y0 = (lo.y - o.y) * inv.y, y1 = (hi.y - o.y) * inv.y;
@@ -31,149 +92,186 @@ bool meets(real3 lo, real3 hi, real3 o, real3 inv, real limit, out real near) {
     return near <= lesser(far, limit);
 }
 
-// Each ray of the packet, known to all lanes.
-#define EACH_RAY(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
-#define SHARE_RAY(j) real3 origin_##j = real3(0.0), inverse_##j = real3(0.0); \
-    if (j < lanes) { \
-        origin_##j = subgroupShuffle(r.origin, j); \
-        inverse_##j = subgroupShuffle(r.inverse, j); \
-    }
-#define SHARE_LIMIT(j) real limit_##j = j < lanes ? subgroupShuffle(grown, j) : grown;
-#define MEET(j) if (j < lanes) { \
-        real near; \
-        bool by_##j = meets(lo, hi, origin_##j, inverse_##j, limit_##j, near); \
-        met = met || by_##j; \
-        first = j == 0 ? near : first; \
-    }
-// Whether any ray meets child `k`, the lane's own, as a key to sort by: the first ray's distance, with the child
-// in the last bits; above UNMET if none does. A NaN's bits are below that.
-#define TEST(child, k, key) { \
-        real3 lo = corner(origin, pace, child.lo), hi = corner(origin, pace, child.hi); \
-        bool met = false; \
-        real first = 0.0; \
-        EACH_RAY(MEET) \
-        met = met && child.link != NONE; \
-        key = (met ? floatBitsToInt(first) & UNMET : UNMET) | int(k); \
-    }
+// Key of a child that no ray meets: above all others. The last three bits are left for the child's
+// number.
 const int UNMET = 0x7ffffff8;
 
-// Batcher's bitonic sort (AFIPS 1968) of eight keys, ascending, each step with the lane whose number differs in
-// the bits of `j`; the lane without `bit` takes the lesser.
-#define EXCHANGE(key, j, bit) { \
-        int other = subgroupShuffle(key, lane ^ j); \
-        key = (lane & bit) == 0u ? min(key, other) : max(key, other); \
+// Whether ray i meets the box, added to `met`; of ray 0 also where it enters the box.
+void test_ray(uint i, real3 lo, real3 hi, Packet packet, inout bool met, inout real first) {
+    if (i < lanes) {
+        real near;
+        bool met_by_ray = meets(lo, hi, packet.origin[i], packet.inverse[i], packet.limit[i], near);
+        met = met || met_by_ray;
+        first = i == 0u ? near : first;
     }
-// Of eight values, of which four lanes hold two each, the one numbered i.
+}
+
+// A child's key to sort by. If any ray of the packet meets the child: bits of the distance at which
+// ray 0 enters it, the last three replaced by the child's number. The bits of a NaN (0x7fc00000)
+// are below UNMET too.
+int sort_key(CompressedChild child, uint number_of_child, real3 origin, real3 pace, Packet packet) {
+    real3 lo = corner(origin, pace, child.lo), hi = corner(origin, pace, child.hi);
+    bool met = false;
+    real first = 0.0;
+    // No loop: the copies that the optimiser makes of a loop's body lack the marks that forbid
+    // contraction, and the build refuses them.
+    test_ray(0u, lo, hi, packet, met, first);
+    test_ray(1u, lo, hi, packet, met, first);
+    test_ray(2u, lo, hi, packet, met, first);
+    test_ray(3u, lo, hi, packet, met, first);
+    test_ray(4u, lo, hi, packet, met, first);
+    test_ray(5u, lo, hi, packet, met, first);
+    test_ray(6u, lo, hi, packet, met, first);
+    test_ray(7u, lo, hi, packet, met, first);
+    met = met && child.link != NONE;
+    return (met ? floatBitsToInt(first) & UNMET : UNMET) | int(number_of_child);
+}
+
+// A step of the sort: with the lane whose number differs in the bits of `mask`. The lane without
+// `bit` keeps the lesser key.
+int exchange(int key, uint mask, uint bit) {
+    int other = subgroupShuffle(key, gl_SubgroupInvocationID ^ mask);
+    return (gl_SubgroupInvocationID & bit) == 0u ? min(key, other) : max(key, other);
+}
+
+// Batcher's bitonic sort of eight keys, ascending from lane to lane. Of four lanes `low` are keys 0
+// to 3 and `high` keys 4 to 7.
+void sort_keys(inout int low, inout int high) {
+    low = exchange(low, 1u, 1u);
+    low = exchange(low, 3u, 2u);
+    low = exchange(low, 1u, 1u);
+    if (lanes < 8u) {
+        high = exchange(high, 1u, 1u);
+        high = exchange(high, 3u, 2u);
+        high = exchange(high, 1u, 1u);
+        int of_high = subgroupShuffle(high, gl_SubgroupInvocationID ^ 3u);
+        int of_low = subgroupShuffle(low, gl_SubgroupInvocationID ^ 3u);
+        low = min(low, of_high);
+        high = max(high, of_low);
+        high = exchange(high, 2u, 2u);
+        high = exchange(high, 1u, 1u);
+    } else {
+        low = exchange(low, 7u, 4u);
+    }
+    low = exchange(low, 2u, 2u);
+    low = exchange(low, 1u, 1u);
+}
+
+// Children that any ray meets.
+uint count_met(int low, int high) {
+    uint count = (low < UNMET ? 1u : 0u) + (lanes < 8u && high < UNMET ? 1u : 0u);
+    count += subgroupShuffle(count, gl_SubgroupInvocationID ^ 1u);
+    count += subgroupShuffle(count, gl_SubgroupInvocationID ^ 2u);
+    if (lanes > 4u) count += subgroupShuffle(count, gl_SubgroupInvocationID ^ 4u);
+    return count;
+}
+
+// Of eight values in the lanes' order the one numbered i, modulo 8. Of four lanes `low` are values
+// 0 to 3 and `high` values 4 to 7.
 uint pick(uint low, uint high, uint i) {
     if (lanes > 4u) return subgroupShuffle(low, i & 7u);
     uint a = subgroupShuffle(low, i & 3u), b = subgroupShuffle(high, i & 3u);
     return (i & 4u) == 0u ? a : b;
 }
 
-#define EACH_KEPT(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15) \
-    X(16) X(17) X(18) X(19) X(20) X(21) X(22) X(23)
-#define IS_KEPT(k) (uint(k) * lanes <= stack_size)
+// This lane's entries of the stack.
+struct PacketStack {
+    uint rows[ROWS_MOST];
+    uint top; // entries, DONE included: the next is written there
+};
 
-// The kind outside the hierarchy, one after the other.
-void test_outside(TraversalRay r, bool alive, bool any, inout Best best) {
-    for (uint i = 0u; i < few_triangles; i++) {
-        try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);
-    }
-    for (uint i = 0u; i < few_spheres; i++) {
-        try_sphere(gather_sphere(i), triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
-    }
+// Whether a stack of stack_size entries above entry 0 reaches row k: known when the driver
+// compiles.
+bool has_row(uint k) {
+    return k * lanes <= stack_size;
 }
 
-#define PUT(k) if (IS_KEPT(k)) { \
-        uint place = uint(k) * lanes + lane - top; \
-        kept_##k = place < entered ? (lanes > 4u || k % 2 == 0 ? pushed : pushed_odd) : kept_##k; \
-    }
-#define TAKE(k) if (IS_KEPT(k)) popped = top >= uint(k) * lanes ? kept_##k : popped;
-#define POP(into) { \
-        uint popped = kept_0; \
-        EACH_KEPT(TAKE) \
-        into = subgroupShuffle(popped, top & (lanes - 1u)); \
-    }
+PacketStack empty_stack() {
+    PacketStack stack;
+    [[unroll]] for (uint k = 0u; k < ROWS_MOST; k++) stack.rows[k] = DONE;
+    stack.top = 1u;
+    return stack;
+}
 
-// `alive`: the ray looks for hits up to best.t. Loops end in their conditions, for lavapipe runs what
-// follows a break once more for nobody; it runs both sides of a branch, and skips nothing else.
-void walk_packet(TraversalRay r, bool alive, bool any, inout Best best) {
-#define DECLARE(k) uint kept_##k = DONE;
-    EACH_KEPT(DECLARE)
+// Pushes `count` links, the farthest first. `low` and `high`: links in the order of their keys, as
+// in `pick`; those numbered 1 to `count` are pushed.
+void push_farther(uint low, uint high, uint count, inout PacketStack stack) {
     uint lane = gl_SubgroupInvocationID;
-    EACH_RAY(SHARE_RAY)
-    uint top = 1u, steps = 0u;
+    // What this lane writes: into one row of eight lanes, into an even and an odd row of four.
+    uint even = pick(low, high, count + stack.top - lane), odd = even;
+    if (lanes < 8u) odd = pick(low, high, count + stack.top - lane - 4u);
+    [[unroll]] for (uint k = 0u; k < ROWS_MOST; k++) {
+        if (has_row(k)) {
+            uint place = k * lanes + lane - stack.top;
+            stack.rows[k] = place < count ? (lanes > 4u || k % 2u == 0u ? even : odd) : stack.rows[k];
+        }
+    }
+    stack.top += count;
+}
+
+// The topmost entry, taken off. If it is not `wanted` the stack stays and the result means nothing:
+// a branch would save no work on lavapipe.
+uint pop(bool wanted, inout PacketStack stack) {
+    stack.top -= wanted ? 1u : 0u;
+    uint row = stack.rows[0];
+    [[unroll]] for (uint k = 0u; k < ROWS_MOST; k++) {
+        if (has_row(k)) row = stack.top >= k * lanes ? stack.rows[k] : row;
+    }
+    return subgroupShuffle(row, stack.top & (lanes - 1u));
+}
+
+// `alive`: the ray looks for hits up to best.t.
+void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
+    uint lane = gl_SubgroupInvocationID;
+    Packet packet;
+    share_rays(r, packet);
+    PacketStack stack = empty_stack();
+    uint steps = 0u;
     uint current = 0u; // the root is node 0
     bool overflowed = false;
     // Below 0 once a ray is done: then it meets no box.
     real limit = alive ? best.t : real(-1.0);
     do {
-        real grown = limit * SLAB_GROW;
-        EACH_RAY(SHARE_LIMIT)
+        share_limits(limit * SLAB_GROW, packet);
+        // Down to a leaf.
         do {
-            CompressedChild mine = load_compressed_nodes(current * 8u + lane), other = mine;
-            if (lanes < 8u) other = load_compressed_nodes(current * 8u + 4u + lane);
-#define GRID(k) number(lanes < 8u && k > 3u ? subgroupShuffle(other.grid, k & 3u) : subgroupShuffle(mine.grid, k & (lanes - 1u)))
-            real3 origin = real3(GRID(0u), GRID(1u), GRID(2u)), pace = real3(GRID(3u), GRID(4u), GRID(5u));
-            int low, high = UNMET;
-            TEST(mine, lane, low)
-            if (lanes < 8u) TEST(other, lane + 4u, high)
-            EXCHANGE(low, 1u, 1u)
-            EXCHANGE(low, 3u, 2u)
-            EXCHANGE(low, 1u, 1u)
-            if (lanes < 8u) {
-                EXCHANGE(high, 1u, 1u)
-                EXCHANGE(high, 3u, 2u)
-                EXCHANGE(high, 1u, 1u)
-                int of_high = subgroupShuffle(high, lane ^ 3u), of_low = subgroupShuffle(low, lane ^ 3u);
-                low = min(low, of_high);
-                high = max(high, of_low);
-                EXCHANGE(high, 2u, 2u)
-                EXCHANGE(high, 1u, 1u)
-            } else {
-                EXCHANGE(low, 7u, 4u)
-            }
-            EXCHANGE(low, 2u, 2u)
-            EXCHANGE(low, 1u, 1u)
-            uint count = (low < UNMET ? 1u : 0u) + (lanes < 8u && high < UNMET ? 1u : 0u);
-            count += subgroupShuffle(count, lane ^ 1u);
-            count += subgroupShuffle(count, lane ^ 2u);
-            if (lanes > 4u) count += subgroupShuffle(count, lane ^ 4u);
+            CompressedChild low_child = load_compressed_nodes(current * 8u + lane), high_child = low_child;
+            if (lanes < 8u) high_child = load_compressed_nodes(current * 8u + 4u + lane);
+            real3 origin = grid_numbers(low_child, high_child, 0u);
+            real3 pace = grid_numbers(low_child, high_child, 3u);
+            int low = sort_key(low_child, lane, origin, pace, packet), high = UNMET;
+            if (lanes < 8u) high = sort_key(high_child, lane + 4u, origin, pace, packet);
+            sort_keys(low, high);
+            uint count = count_met(low, high);
             bool down = count != 0u;
             uint entered = max(count, 1u) - 1u;
-            bool full = top + entered > stack_size + 1u;
+            bool full = stack.top + entered > stack_size + 1u;
             overflowed = overflowed || full;
             entered = full ? 0u : entered;
-            uint near = pick(mine.link, other.link, uint(low)), distant = near;
-            if (lanes < 8u) distant = pick(mine.link, other.link, uint(high));
-            // Farthest below.
-            uint pushed = pick(near, distant, entered + top - lane), pushed_odd = pushed;
-            if (lanes < 8u) pushed_odd = pick(near, distant, entered + top - lane - 4u);
-            EACH_KEPT(PUT)
-            top += entered;
-            top -= down ? 0u : 1u;
-            uint below;
-            POP(below)
+            // Links in the order of the keys.
+            uint near = pick(low_child.link, high_child.link, uint(low)), distant = near;
+            if (lanes < 8u) distant = pick(low_child.link, high_child.link, uint(high));
+            push_farther(near, distant, entered, stack);
+            uint below = pop(!down, stack);
             current = down ? subgroupShuffle(near, 0u) : below;
             steps++;
             current = steps > loop_cap ? DONE : current;
         } while ((current & LEAF_BIT) == 0u);
+        // Through leaves, a primitive an iteration, to the next node.
         do {
             uint at = current & ((1u << LEAF_FIRST_BITS) - 1u);
             uint more = (current & ~LEAF_BIT) >> LEAF_FIRST_BITS;
             bool leaf = current != DONE;
-            if (tree_triangles) {
-                bool mine = leaf && limit >= 0.0 && (!tree_spheres || at < triangle_count);
+            if (triangles_in_hierarchy) {
+                bool mine = leaf && limit >= 0.0 && (!spheres_in_hierarchy || at < triangle_count);
                 try_triangle(gather_triangle(leaf ? at : 0u), at, mine, r, best);
             }
-            if (tree_spheres) {
-                bool sphere = leaf && at >= triangle_count;
-                try_sphere(gather_sphere(sphere ? at - triangle_count : 0u), at, sphere && limit >= 0.0, r, best);
+            if (spheres_in_hierarchy) {
+                bool sphere = leaf && at >= triangle_count, mine = sphere && limit >= 0.0;
+                try_sphere(gather_sphere(sphere ? at - triangle_count : 0u), at, mine, r, best);
             }
             limit = limit >= 0.0 ? (any && best.primitive != NONE ? real(-1.0) : best.t) : limit;
-            top -= more == 0u && leaf ? 1u : 0u;
-            uint below;
-            POP(below)
+            uint below = pop(more == 0u && leaf, stack);
             current = leaf && more != 0u ? current + 1u - (1u << LEAF_FIRST_BITS) : (leaf ? below : DONE);
             if (any) current = any_lane(limit >= 0.0 ? 1u : 0u) == 0u ? DONE : current;
             steps++;

@@ -58,7 +58,7 @@ buffers! {
     surfaces / Surfaces: "Surface";
     /// Children of each workgroup of `shade`: reflections << 16 | refractions.
     child_counts / ChildCounts: "uint";
-    /// Which children the rays of each subgroup of `trace` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
+    /// Which children the rays of each subgroup of `fused_depth` have: bit `lane` a reflection ray, bit 16 + `lane` a refraction ray.
     child_masks / ChildMasks: "uint";
     /// Exclusive prefix sum over the children of workgroups: where a workgroup's children start in `next_rays`.
     offsets / Offsets: "uint";
@@ -78,6 +78,6 @@ buffers! {
     depth_counts / DepthCounts: "DepthCount";
     /// Counters.
     counters / Counters: "uint";
-    /// Operands and results of `selftest`; outside the frame.
+    /// Operands and results of `self_test`; outside the frame.
     self_test / SelfTest: "real";
 }

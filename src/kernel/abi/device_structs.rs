@@ -5,7 +5,7 @@ use super::GpuStruct;
 
 device_structs! {
     /// A ray in flight, 48 bytes (f64: 72). Written by `generate` and `spawn`, read by `intersect`, `shade`,
-    /// `spawn`, `shadow`; or written and read by `trace`. `direction` has unit length.
+    /// `spawn`, `shadow`; or written and read by `fused_depth`. `direction` has unit length.
     struct Ray {
         /// Local frame.
         origin: real3,
@@ -122,7 +122,7 @@ device_structs! {
         cut_high: uint,
     }
 
-    /// Light that a ray adds to its sample, 16 bytes. Written by `shadow` or `trace`, read by `gather`.
+    /// Light that a ray adds to its sample, 16 bytes. Written by `shadow` or `fused_depth`, read by `gather`.
     struct Contribution {
         /// Weighted colour.
         light: vec3,

@@ -71,6 +71,6 @@ specialisation! {
     triangles_outside: 0;
     /// 1: the spheres are few and outside the hierarchy.
     spheres_outside: 0;
-    /// 1: `trace` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
+    /// 1: `fused_depth` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
 }

@@ -195,8 +195,11 @@ fn other_kernels_are_refused() {
     let error = model.predict(&work(&fused)).unwrap_err().to_string();
     assert!(error.contains("`intersect`"), "{error}");
     assert!(model.predict(&work(&split)).is_ok());
-    let trace = Model::of_report(&report(&[("trace", 1, 1000.0)], 1, GLASS_RAYS)).unwrap();
-    assert!(trace.predict(&work(&split)).is_err() && trace.predict(&work(&fused)).is_ok());
+    let of_fused = Model::of_report(&report(&[("fused_depth", 1, 1000.0)], 1, GLASS_RAYS)).unwrap();
+    assert!(of_fused.predict(&work(&split)).is_err() && of_fused.predict(&work(&fused)).is_ok());
+    // What other versions called kernels is refused as well, in place of a prediction without them.
+    let error = Model::of_report(&report(&[("trace", 1, 1000.0)], 1, GLASS_RAYS)).unwrap_err().to_string();
+    assert!(error.contains("`fused_depth`"), "{error}");
 }
 
 /// A wide spread widens the range; no spread leaves the pace.

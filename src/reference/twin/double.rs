@@ -2,6 +2,8 @@
 
 #[path = "batches.rs"]
 pub mod batches;
+#[path = "fused_depth.rs"]
+pub mod fused_depth;
 #[path = "gather.rs"]
 pub mod gather;
 #[path = "generate.rs"]
@@ -26,8 +28,6 @@ pub mod shade;
 pub mod shadow;
 #[path = "spawn.rs"]
 pub mod spawn;
-#[path = "trace.rs"]
-pub mod trace;
 #[path = "real_f64.rs"]
 pub mod real;
 

@@ -1,6 +1,6 @@
-//! The kernels on the CPU: one file per kernel and per library file of the same name, with the same
-//! buffers in the same order, operation by operation in the kernels' arithmetic. Where a device
-//! rounds as IEEE 754 says, twin and kernel agree to the bit.
+//! The kernels on the CPU: one file per kernel and per library file of the same name (one for the
+//! folder `glsl/lib/traverse`), with the same buffers in the same order, operation by operation in
+//! the kernels' arithmetic. Where a device rounds as IEEE 754 says, twin and kernel agree to the bit.
 //!
 //! Like the kernels, the files are compiled once with `real` = f32 and once with `real` = f64.
 // `!(x > 0.0)` says what happens to NaN, and the constants are exact powers of two, as in the kernels.

@@ -2,7 +2,7 @@
 
 use super::memory::Memory;
 use super::structs::Push;
-use super::{gather, generate, intersect, place, resolve, scan, shade, shadow, spawn, trace};
+use super::{fused_depth, gather, generate, intersect, place, resolve, scan, shade, shadow, spawn};
 use crate::kernel::abi::Specialisation;
 use crate::kernel::table::Kernel;
 
@@ -18,8 +18,8 @@ impl Memory {
             Kernel::Shadow => self.shadow(spec, push),
             Kernel::Gather => self.gather(),
             // No pass of a batch: `crate::render::self_test` judges what it writes.
-            Kernel::Selftest => {}
-            Kernel::Trace => self.trace(spec, push),
+            Kernel::SelfTest => {}
+            Kernel::FusedDepth => self.fused_depth(spec, push),
             Kernel::Place => self.place(spec),
             Kernel::Resolve => self.resolve(spec, push),
         }
@@ -134,8 +134,8 @@ impl Memory {
         gather::gather(&self.queue, &self.contributions, &mut self.sample_radiance, &mut self.counters);
     }
 
-    fn trace(&mut self, spec: &Specialisation, push: &Push) {
-        trace::trace(
+    fn fused_depth(&mut self, spec: &Specialisation, push: &Push) {
+        fused_depth::fused_depth(
             spec,
             push,
             &self.camera,

@@ -1,4 +1,4 @@
-//! Twin of `glsl/lib/traverse/traverse.glsl`, and of `glsl/lib/traverse/packet.glsl`, whose rays find the same together.
+//! Twin of the files of `glsl/lib/traverse`. Each ray traverses alone: those of `packet.glsl` find the same together.
 
 use super::super::real::{Real, Real3, U, is_not_finite};
 use super::super::structs::{ExtendedSphere, Hit, Node, Sphere, Triangle};
@@ -11,7 +11,7 @@ use crate::kernel::abi::{
     Specialisation,
 };
 
-/// The buffers that `trace.glsl` needs.
+/// The buffers that `traverse.glsl` needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Shapes<'a> {
     /// Specialisation constants.
@@ -122,7 +122,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn walk_brute(&self, r: &TraversalRay, best: &mut Hit) {
+    fn traverse_brute_force(&self, r: &TraversalRay, best: &mut Hit) {
         let count = self.spec.triangle_count;
         for i in 0..count {
             self.test_triangle(i, r, best);
@@ -133,7 +133,7 @@ impl Shapes<'_> {
     }
 
     /// What is outside the hierarchy.
-    fn walk_loose(&self, r: &TraversalRay, best: &mut Hit) {
+    fn test_outside(&self, r: &TraversalRay, best: &mut Hit) {
         let count = self.spec.triangle_count;
         if self.spec.triangles_outside != 0 {
             (0..count).for_each(|i| self.test_triangle(i, r, best));
@@ -143,7 +143,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn walk_bvh(&self, r: &TraversalRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
+    fn traverse_hierarchy(&self, r: &TraversalRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
         let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize + 1];
         let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
         loop {
@@ -212,10 +212,10 @@ impl Shapes<'_> {
         }
         let mut best = Hit { t: if finite { limit } else { 0.0 }, u: 0.0, v: 0.0, primitive: NONE };
         if self.spec.use_bvh != 0 {
-            self.walk_loose(r, &mut best);
-            self.walk_bvh(r, any, &mut best, counters);
+            self.test_outside(r, &mut best);
+            self.traverse_hierarchy(r, any, &mut best, counters);
         } else {
-            self.walk_brute(r, &mut best);
+            self.traverse_brute_force(r, &mut best);
         }
         best
     }

@@ -1,4 +1,4 @@
-//! Twin of `glsl/trace.comp`.
+//! Twin of `glsl/fused_depth.comp`.
 
 use super::lib::light::Lit;
 use super::lib::spawn::{Nursery, spawn};
@@ -13,7 +13,7 @@ use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation}
 
 /// One depth of every ray in the queue: closest hit, surface, children and own colour. Which children a subgroup's
 /// rays have is a word, as in glsl/lib/base/children.glsl.
-pub fn trace(
+pub fn fused_depth(
     spec: &Specialisation,
     push: &Push,
     camera: &[Camera],

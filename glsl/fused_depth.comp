@@ -1,8 +1,8 @@
 // One depth of every ray in the queue: closest hit, surface, children and own colour, what `intersect`,
 // `shade`, `spawn` and `shadow` do, in one. For software devices, on which queues between kernels are dear.
-// Reads queue, ray_indices, rays, media and the scene. Writes next_rays, next_media and child_masks: the children of ray i at
-// places of its own, and which there are. Adds its colour to sample_radiance, or leaves it to `gather` in contributions.
-// Counts what those kernels count.
+// Reads queue, ray_indices, rays, media and the scene. Writes next_rays, next_media and child_masks:
+// the children of ray i at places of its own, and which there are. Adds its colour to
+// sample_radiance, or leaves it to `gather` in contributions. Counts what those kernels count.
 // One invocation per ray; those of a subgroup work together.
 #version 460
 #include "base/prelude.glsl"

@@ -1,0 +1,70 @@
+// Primitives one by one: all of them where there is no hierarchy, else those outside it.
+
+// First the filter for each of at most 32 primitives, written out, then the whole test for what
+// passes. lavapipe loads an address that all lanes share once if the load is outside all control
+// flow, and it runs both sides of a branch (docs/design/decisions/005-brute-force-filter.md); on a
+// GPU the lanes do not diverge.
+void filtered_brute_force(TraversalRay r, bool any, inout Best best) {
+    uint candidates = 0u;
+    [[unroll]] for (uint i = 0u; i < outside_triangle_count; i++) candidates |= filter_triangle(i, r);
+    [[unroll]] for (uint i = 0u; i < outside_sphere_count; i++) candidates |= filter_sphere(i, r);
+    const bool has_other_bits = outside_triangle_count < 32u;
+    const uint are_triangles = has_other_bits ? (1u << outside_triangle_count) - 1u : 0xffffffffu;
+#ifdef LANES
+    // The lanes test each candidate of any of them together, so that one fetch serves all. A loop
+    // ends in its condition (packet.glsl), so its body runs at least once, for no lane if there is
+    // no candidate.
+    if (outside_triangle_count != 0u) {
+        uint of_any = any_lane(candidates & are_triangles);
+        do {
+            uint i = min(uint(findLSB(of_any)), outside_triangle_count - 1u);
+            bool mine = (candidates >> i & 1u) != 0u && !(any && best.primitive != NONE);
+            try_triangle(gather_triangle(i), i, mine, r, best);
+            of_any &= of_any - 1u;
+        } while (of_any != 0u);
+    }
+    if (outside_sphere_count != 0u) {
+        uint of_any = any_lane(candidates & ~are_triangles);
+        do {
+            uint i = min(uint(findLSB(of_any)) - outside_triangle_count, outside_sphere_count - 1u);
+            bool is_candidate = (candidates >> (outside_triangle_count + i) & 1u) != 0u;
+            bool mine = is_candidate && !(any && best.primitive != NONE);
+            try_sphere(gather_sphere(i), triangle_count + i, mine, r, best);
+            of_any &= of_any - 1u;
+        } while (of_any != 0u);
+    }
+#else
+    uint left = candidates & are_triangles;
+    while (left != 0u) {
+        test_triangle(findLSB(left), r, best);
+        left = any && best.primitive != NONE ? 0u : left & (left - 1u);
+    }
+    left = any && best.primitive != NONE ? 0u : candidates & ~are_triangles;
+    while (left != 0u) {
+        test_sphere(triangle_count + findLSB(left) - outside_triangle_count, r, best);
+        left = any && best.primitive != NONE ? 0u : left & (left - 1u);
+    }
+#endif
+}
+
+void traverse_brute_force(TraversalRay r, bool any, inout Best best) {
+    if (triangle_count + sphere_count <= UNROLL_MAX) {
+        filtered_brute_force(r, any, best);
+    } else {
+        [[dont_unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
+        [[dont_unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
+    }
+}
+
+#ifdef LANES
+// What is outside the hierarchy, by the whole test: at most eight primitives, fetched by the lanes
+// together. `alive`: the ray looks for hits.
+void test_outside(TraversalRay r, bool alive, bool any, inout Best best) {
+    for (uint i = 0u; i < outside_triangle_count; i++) {
+        try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);
+    }
+    for (uint i = 0u; i < outside_sphere_count; i++) {
+        try_sphere(gather_sphere(i), triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
+    }
+}
+#endif
