@@ -333,7 +333,7 @@ fn test_against_twin(kernel: Kernel) -> Option<fn()> {
         Kernel::Shade => Some(shade),
         Kernel::Shadow => Some(shadow),
         Kernel::Spawn => Some(spawn),
-        Kernel::FusedDepth => Some(trace),
+        Kernel::FusedDepth => Some(fused_depth),
     }
 }
 

@@ -40,7 +40,7 @@ fn settings(scene: &Scene, tile_pixels: u32) -> Settings {
 }
 
 fn request(target: Target) -> Request {
-    Request { target, confidence: 0.95, keep_depth: false, keep_precision: true }
+    Request { keep_precision: true, ..Request::to(target) }
 }
 
 /// Through a file's bytes, as `--resume` goes.

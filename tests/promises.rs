@@ -27,7 +27,8 @@ fn sized(scene: &Scene, width: u32, height: u32) -> Settings {
 
 fn known(r: &mut Renderer, scene: &Scene, settings: &Settings, target: Target) -> BoundedImage {
     let fixed = target == Target::Settings;
-    let request = Request { target, confidence: CONFIDENCE, keep_depth: fixed, keep_precision: fixed };
+    let request =
+        Request { confidence: CONFIDENCE, keep_depth: fixed, keep_precision: fixed, ..Request::to(target) };
     r.render_bounded(scene, settings, &request).expect("an image")
 }
 

@@ -186,7 +186,7 @@ mod tests {
     /// the radius around lights halved.
     #[test]
     fn what_is_brighter_than_white_is_where_it_is_said() {
-        let lamp = "[[light]]\nposition = [0.5, -0.6, 0.0]\nintensity = [0.4, 0.4, 0.4]\n";
+        let lamp = "[[light]]\nposition = [0.5, -0.6, 0.0]\nintensity = [2.0, 2.0, 2.0]\n";
         let ball = "[[sphere]]\ncenter = [-1.0, 0.5, 0.0]\nradius = 0.4\nmaterial = \"mirror\"\n";
         for body in [format!("{FLOOR}{lamp}"), format!("{FLOOR}{lamp}{ball}")] {
             let scene = scene(&body);
@@ -203,7 +203,7 @@ mod tests {
                     assert!(most <= f64::from(caps.of(p).radiance), "pixel {p}: {most} {:?}", caps.of(p));
                 }
             }
-            assert!(bright > 100 && white > 600, "{bright} bright samples, {white} pixels of at most white");
+            assert!(bright > 100 && white > 100, "{bright} bright samples, {white} pixels of at most white");
         }
     }
 
@@ -214,7 +214,7 @@ mod tests {
         let marked: Vec<usize> = (0..1200).filter(|p| caps.of(*p).radiance > 1.0).collect();
         // Pixels are 0.192 wide there, the sphere 0.01: 0.0027 of one.
         let [pixel] = marked[..] else { panic!("{marked:?}") };
-        assert!((1.0 / 32.0..=1.0 / 16.0).contains(&caps.of(pixel).area), "{:?}", caps.of(pixel));
+        assert!((0.0027..=1.0 / 128.0).contains(&caps.of(pixel).area), "{:?}", caps.of(pixel));
         assert!(caps.of(pixel).radiance > 30.0 && caps.of(pixel).radiance < 30.1);
     }
 

@@ -12,6 +12,6 @@ pub mod promise;
 pub mod quantile;
 pub mod sampling;
 #[cfg(test)]
-mod synthetic;
+pub(crate) mod synthetic;
 pub mod truncation;
 pub mod unseen;

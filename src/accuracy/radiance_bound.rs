@@ -73,8 +73,15 @@ fn limit_by(scene: &Scene, distance: fn(&[DVec3; 3], DVec3) -> f64, cosine: f64)
     let nearest: Vec<Vec<(f64, Object)>> =
         scene.lights.par_iter().map(|l| nearest(scene, &bunches, l.position, distance)).collect();
     let mut limit = RadianceLimit { rgb: scene.render.background.to_array(), unbounded: None };
+    let mut used = vec![false; scene.materials.len()];
+    scene
+        .spheres
+        .iter()
+        .map(|s| s.material)
+        .chain(bunches.iter().map(|b| b.material))
+        .for_each(|m| used[m] = true);
     for (m, material) in scene.materials.iter().enumerate() {
-        if !carried(scene, m) {
+        if !used[m] || !carried(scene, m) {
             continue;
         }
         let mut light = DVec3::splat(material.ambient);

@@ -59,8 +59,10 @@ impl std::str::FromStr for Sampler {
 }
 
 /// The four-dimensional PCG hash of Jarzynski and Olano, "Hash Functions for GPU Rendering",
-/// JCGT 9(3), 2020, listing `pcg4d`, with one more xorshift at the end: a product's low bits are poor
-/// (its lowest is 1 with probability 1/4), and scrambling takes the top bit of a coordinate from them.
+/// JCGT 9(3), 2020, listing `pcg4d`, with a third round and a last xorshift. As published, the low bits of the first
+/// word depend on the third input through one product, whose lowest bit is 1 with probability 1/4; scrambling takes
+/// the top bits of a coordinate from them, so that replicates were correlated (variance of the mean of 16 first points
+/// 4.7 times that of independent ones; with two rounds and a last xorshift 1.04 in the second bit; now 1.00).
 pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let mut v = v.map(|c| c.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     let mix = |v: &mut [u32; 4]| {
@@ -69,10 +71,11 @@ pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
         v[2] = v[2].wrapping_add(v[0].wrapping_mul(v[1]));
         v[3] = v[3].wrapping_add(v[1].wrapping_mul(v[2]));
     };
-    mix(&mut v);
-    v = v.map(|c| c ^ (c >> 16));
-    mix(&mut v);
-    v.map(|c| c ^ (c >> 16))
+    for _ in 0..3 {
+        mix(&mut v);
+        v = v.map(|c| c ^ (c >> 16));
+    }
+    v
 }
 
 /// Nested uniform scrambling of a number whose bits are reversed: bit i of the result is bit i of `v`

@@ -1,18 +1,16 @@
 // Twin of src/settings/sampler.rs, bit for bit; there are the sources.
 
-// pcg4d, Jarzynski and Olano, JCGT 9(3), 2020, and one more xorshift.
+// pcg4d, Jarzynski and Olano, JCGT 9(3), 2020, with a third round and a last xorshift.
 uvec4 pcg4d(uvec4 v) {
     v = v * 1664525u + 1013904223u;
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    v ^= v >> 16u;
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    return v ^ (v >> 16u);
+    for (uint i = 0u; i < 3u; i++) {
+        v.x += v.y * v.w;
+        v.y += v.z * v.x;
+        v.z += v.x * v.y;
+        v.w += v.y * v.z;
+        v ^= v >> 16u;
+    }
+    return v;
 }
 
 // Nested uniform scrambling of a number whose bits are reversed.
