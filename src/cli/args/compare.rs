@@ -9,10 +9,17 @@ Pictures are compared in linear light, clamped to [0, 1] as a screen shows them.
 bits) are decoded from sRGB; EXR and HDR hold linear values. The table goes to standard output, and to \
 standard error under --json -.
 
+--statistical tests blocks of 8x8 and 32x32 pixels and the whole picture: the mean difference of a block \
+over its standard error, which the differences themselves give. All tests together raise a false alarm \
+with at most the probability --significance. That needs independent noise: pictures with the same \
+settings and different seeds. --diff then shows each block in standard errors. Too few differing pixels \
+for noise, and the pictures are compared exactly.
+
 Examples:
   whitted compare new.png old.png
   whitted compare new.exr truth.exr --diff where.png --threshold 0.001
-  whitted compare new.png old.png --metric flip --diff flip.png --json -";
+  whitted compare new.png old.png --metric flip --diff flip.png --json -
+  whitted compare seed1.exr seed2.exr --statistical";
 
 /// `whitted compare`.
 #[derive(Debug, Args)]
@@ -44,9 +51,24 @@ pub struct CompareArgs {
     #[arg(long, value_name = "X", value_parser = values::not_negative)]
     pub threshold: Option<f64>,
 
+    /// For noisy pictures: exit with 6 if blocks of pixels differ by more than noise; render both with equal settings and different seeds
+    #[arg(long, conflicts_with_all = ["threshold", "metric"])]
+    pub statistical: bool,
+
+    /// Probability that --statistical reports a difference although there is none, in (0, 1) [default: 0.01]
+    #[arg(long, value_name = "P", value_parser = values::significance, requires = "statistical")]
+    pub significance: Option<f64>,
+
     /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+impl CompareArgs {
+    /// The significance of a statistical test; None without one.
+    pub fn significance(&self) -> Option<f64> {
+        self.statistical.then(|| self.significance.unwrap_or(0.01))
+    }
 }
 
 /// A metric of `whitted compare`.

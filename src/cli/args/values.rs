@@ -126,6 +126,14 @@ pub(super) fn confidence(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A probability in (0, 1).
+pub(super) fn significance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
+        _ => Err("the significance must be above 0 and below 1: 0.01 is one false alarm in a hundred".into()),
+    }
+}
+
 /// An empty text (an empty environment variable) leaves the choice open.
 pub(super) fn device(text: &str) -> Result<DeviceChoice, Infallible> {
     if text.is_empty() { Ok(DeviceChoice::Best) } else { text.parse() }
@@ -166,6 +174,14 @@ mod tests {
         assert_eq!((confidence("0.5"), confidence("0.999")), (Ok(0.5), Ok(0.999)));
         for bad in ["0", "1", "95", "-0.1", "NaN", ""] {
             assert!(confidence(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn significances() {
+        assert_eq!((significance("0.01"), significance("1e-9")), (Ok(0.01), Ok(1e-9)));
+        for bad in ["0", "1", "5", "-0.1", "NaN", ""] {
+            assert!(significance(bad).is_err(), "{bad}");
         }
     }
 
