@@ -37,7 +37,10 @@ impl Code {
         (Code::Scene, "the scene is wrong; the message names the place and a remedy"),
         (Code::NoDevice, "no suitable device"),
         (Code::DeviceLost, "the device was lost"),
-        (Code::AboveThreshold, "compare: the difference is above --threshold, or significant"),
+        (
+            Code::AboveThreshold,
+            "compare: the difference is above --threshold, or significant; or a picture of a folder has no partner",
+        ),
         (Code::Unmet, "render: --error or --time was not kept; the image is saved, the message says why"),
         (Code::Interrupted, "interrupted; what was done is saved"),
     ];

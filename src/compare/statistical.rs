@@ -229,8 +229,9 @@ fn sums(differences: &[[f64; 3]], width: usize, [x0, y0, x1, y1]: [usize; 4]) ->
     channels
 }
 
-/// Sidak's correction: 1 - (1 - alpha)^(1/m), without cancellation.
-fn corrected(alpha: f64, tests: u64) -> f64 {
+/// Sidak's correction: the level of each of `tests` independent tests, if all together shall have the level `alpha`:
+/// 1 - (1 - alpha)^(1/m), without cancellation.
+pub fn corrected(alpha: f64, tests: u64) -> f64 {
     -((-alpha).ln_1p() / tests as f64).exp_m1()
 }
 

@@ -87,6 +87,14 @@ pub(super) fn png() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// A parser of names of HTML files.
+pub(super) fn html() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match path.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("html") => Ok(path),
+        _ => Err("the extension must be .html"),
+    })
+}
+
 /// A parser of whole numbers from 1.
 pub(super) fn positive() -> RangedU64ValueParser<u32> {
     RangedU64ValueParser::new().range(1..)

@@ -1,5 +1,6 @@
 //! `whitted compare`.
 
+mod folders;
 mod pair;
 mod text;
 
@@ -15,9 +16,9 @@ use crate::image::{Metadata, Picture};
 use crate::report::ProgramInfo;
 use crate::units::number;
 use anyhow::Context;
-use pair::{Figures, Judged, Pair};
+use pair::{Criteria, Figures, Judged, Pair};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What `--json` writes.
 #[derive(Debug, Serialize)]
@@ -57,10 +58,28 @@ struct Diff {
     scale: [f64; 2],
 }
 
-/// Compares two pictures.
+/// Compares two pictures, or two folders of pictures.
 pub fn run(args: &CompareArgs, console: &mut Console) -> Result<(), Failure> {
     check(args)?;
-    let mut pair = Pair::of(&args.a, &args.b, args)?;
+    match [&args.a, &args.b].map(|path| path.is_dir()) {
+        [true, true] => folders::run(args, console),
+        [false, false] => pictures(args, console),
+        [a_is_folder, _] => {
+            let (folder, other) = if a_is_folder { (&args.a, &args.b) } else { (&args.b, &args.a) };
+            Err(Failure::Usage(format!(
+                "{} is a folder and {} is not: compare two pictures or two folders",
+                folder.display(),
+                other.display()
+            )))
+        }
+    }
+}
+
+fn pictures(args: &CompareArgs, console: &mut Console) -> Result<(), Failure> {
+    if args.output.is_some() {
+        return Err(Failure::Usage("-o writes a page of two folders; use --diff for two pictures".into()));
+    }
+    let mut pair = Pair::of(&args.a, &args.b, &Criteria::of(args))?;
     let diff = match &args.diff {
         Some(path) => Some(draw(path, args, &mut pair)?),
         None => None,
@@ -76,15 +95,16 @@ pub fn run(args: &CompareArgs, console: &mut Console) -> Result<(), Failure> {
 
 /// What can be known before the pictures are read.
 fn check(args: &CompareArgs) -> Result<(), Failure> {
-    let files = [&args.diff, &args.json];
+    let files = [&args.diff, &args.json, &args.output];
     for path in files.into_iter().flatten().filter(|p| p.as_os_str() != "-") {
         if [&args.a, &args.b].contains(&path) {
             return Err(Failure::Usage(format!("{} would overwrite a picture to compare", path.display())));
         }
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    if args.diff.is_some() && args.diff == args.json {
-        return Err(Failure::Usage("--diff and --json name the same file".into()));
+    let same = |a: &Option<PathBuf>, b: &Option<PathBuf>| a.is_some() && a == b;
+    if same(&args.diff, &args.json) || same(&args.output, &args.json) {
+        return Err(Failure::Usage("two options name the same file to write".into()));
     }
     Ok(())
 }

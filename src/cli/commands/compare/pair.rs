@@ -35,6 +35,21 @@ pub(super) struct Judged {
     pub above: Option<bool>,
 }
 
+/// What pairs are judged by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Criteria {
+    pub metric: Metric,
+    pub threshold: Option<f64>,
+    /// Of a statistical test of one pair; None without one.
+    pub significance: Option<f64>,
+}
+
+impl Criteria {
+    pub fn of(args: &CompareArgs) -> Criteria {
+        Criteria { metric: args.metric, threshold: args.threshold, significance: args.significance() }
+    }
+}
+
 /// Two pictures of one size, measured and judged.
 pub(super) struct Pair {
     pub a: Picture,
@@ -50,8 +65,8 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Reads two pictures, measures their difference and judges it as `args` say.
-    pub fn of(a: &Path, b: &Path, args: &CompareArgs) -> Result<Pair, Failure> {
+    /// Reads two pictures, measures their difference and judges it.
+    pub fn of(a: &Path, b: &Path, criteria: &Criteria) -> Result<Pair, Failure> {
         let pictures = [load(a)?, load(b)?];
         let [first, second] = &pictures;
         if (first.width, first.height) != (second.width, second.height) {
@@ -76,14 +91,14 @@ impl Pair {
             differing_share: plain.differing_pixels as f64 / pixels,
             code_differing_share: plain.code_differing_pixels as f64 / pixels,
         };
-        let tested = match args.significance() {
+        let tested = match criteria.significance {
             Some(p) => {
                 let tested = statistical::test(&first.linear, &second.linear, width, p);
                 Some(tested.context("cannot compare the pictures")?)
             }
             None => None,
         };
-        let judged = judge(&figures, args.metric, args.threshold);
+        let judged = judge(&figures, criteria.metric, criteria.threshold);
         let (statistics, scores) = tested.map_or((None, Vec::new()), |t| (Some(t.statistics), t.map));
         let [a, b] = pictures;
         Ok(Pair { a, b, figures, judged, statistics, flip, scores })
@@ -143,17 +158,17 @@ fn load(path: &Path) -> Result<Picture, Failure> {
 
 pub(super) fn judge(figures: &Figures, metric: Metric, threshold: Option<f64>) -> Judged {
     let plain = &figures.plain;
-    let (name, value) = match metric {
-        Metric::Rmse => ("rmse", Some(plain.rmse)),
-        Metric::Mean => ("mean", Some(plain.mean_abs)),
-        Metric::Max => ("max", Some(plain.max_abs)),
-        Metric::P999 => ("p999", Some(plain.p999)),
-        Metric::Psnr => ("psnr", plain.psnr),
-        Metric::Flip => ("flip", Some(figures.flip)),
-        Metric::Pixels => ("pixels", Some(figures.differing_share)),
-        Metric::Codes => ("codes", Some(f64::from(plain.code_max))),
+    let value = match metric {
+        Metric::Rmse => Some(plain.rmse),
+        Metric::Mean => Some(plain.mean_abs),
+        Metric::Max => Some(plain.max_abs),
+        Metric::P999 => Some(plain.p999),
+        Metric::Psnr => plain.psnr,
+        Metric::Flip => Some(figures.flip),
+        Metric::Pixels => Some(figures.differing_share),
+        Metric::Codes => Some(f64::from(plain.code_max)),
     };
     let beyond =
         |limit: f64| value.is_some_and(|v| if metric == Metric::Psnr { v < limit } else { v > limit });
-    Judged { metric: name.into(), value, threshold, above: threshold.map(beyond) }
+    Judged { metric: metric.name().into(), value, threshold, above: threshold.map(beyond) }
 }

@@ -55,6 +55,7 @@ impl Bench {
             a,
             b,
             diff: None,
+            output: None,
             full_scale: None,
             json: Some(self.at("figures.json")),
             metric: Metric::Rmse,
