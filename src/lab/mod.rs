@@ -8,6 +8,7 @@ pub(crate) mod plot;
 pub mod probe;
 pub mod profile;
 pub mod receipt;
+pub mod render_page;
 pub mod stress;
 pub mod suite;
 pub mod sweep;

@@ -1,6 +1,7 @@
 //! Self-contained HTML pages: one file with styles, tables, charts and pictures that needs no other file, no network
 //! and, for reading, no JavaScript.
 
+pub(crate) mod bars;
 pub(crate) mod markup;
 pub(crate) mod pictures;
 pub(crate) mod views;

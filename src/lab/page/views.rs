@@ -1,6 +1,7 @@
-//! Pictures on a page: side by side and enlarged by a click.
+//! Pictures on a page: side by side and enlarged by a click, or one at a time behind tabs.
 
 use super::markup::{data_url, escaped};
+use std::fmt::Write;
 
 /// A PNG of `size` pixels; `what` is its name.
 pub(crate) fn image(png: &[u8], [width, height]: [u32; 2], what: &str) -> String {
@@ -15,4 +16,31 @@ pub(crate) fn views(pictures: &[(&str, String)]) -> String {
         format!("<label class=\"view\"><input type=\"checkbox\">{image}<span>{what}</span></label>\n")
     };
     format!("<div class=\"views\">\n{}</div>", pictures.iter().map(view).collect::<String>())
+}
+
+/// One at a time: names for tabs, and contents (HTML). The first is open; the arrow keys go from tab to tab. `group`
+/// names the switch, different from every other on the page.
+pub(crate) fn switch(group: &str, layers: &[(&str, String)]) -> String {
+    let mut text = format!("<div class=\"switch\" style=\"--tabs:{}\">\n", layers.len());
+    for (i, (name, content)) in layers.iter().enumerate() {
+        let checked = if i == 0 { " checked" } else { "" };
+        let _ = writeln!(
+            text,
+            "<label><input type=\"radio\" name=\"{group}\"{checked}><span>{}</span><div>{content}</div></label>",
+            escaped(name)
+        );
+    }
+    text + "</div>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_tab_is_open_and_names_are_text() {
+        let text = switch("layers", &[("a<b", "<p>1</p>".into()), ("c", "<p>2</p>".into())]);
+        assert_eq!((text.matches(" checked").count(), text.matches("<label>").count()), (1, 2));
+        assert!(text.contains("a&lt;b") && text.contains("--tabs:2") && text.contains("<p>2</p>"));
+    }
 }

@@ -4,6 +4,7 @@ use super::pair::{Criteria, Figures, Judged, Pair};
 use super::tell;
 use crate::atomic_file;
 use crate::cli::args::{CompareArgs, Metric};
+use crate::cli::commands::command_line;
 use crate::cli::console::Console;
 use crate::cli::failure::Failure;
 use crate::compare::statistical::{self, Statistics};
@@ -215,7 +216,7 @@ fn suite(args: &CompareArgs, pairs: &mut [PairRecord]) -> Suite {
     Suite {
         folders: [&args.a, &args.b].map(|path| path.display().to_string()),
         criterion: criterion(args),
-        command: std::env::args().collect::<Vec<_>>().join(" "),
+        command: command_line(),
         entries: entries.collect(),
     }
 }
