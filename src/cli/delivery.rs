@@ -81,6 +81,7 @@ impl Deliver<'_> {
             Output::Stdout => "-".into(),
             Output::File(path, _) => path.display().to_string(),
         };
+        report.time.wall = self.before + started.elapsed().as_secs_f64();
         self.write_image(&rendered)?;
         // The page has no effect on what was rendered, and takes time of its own.
         let clock = |report: &mut Report| {
@@ -121,6 +122,7 @@ impl Deliver<'_> {
     fn write_image(&self, rendered: &Rendered) -> Result<(), Failure> {
         let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
         let metadata = Metadata::of(&rendered.report, rendered.done);
+        let metadata = if self.args.record_time { metadata.with_times(&rendered.report) } else { metadata };
         let channels: Vec<(&str, Vec<f32>)> = match self.format {
             Format::Exr => {
                 self.layers.iter().map(|(l, v)| (l.name(), v.iter().map(|x| *x as f32).collect())).collect()

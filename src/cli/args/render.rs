@@ -55,6 +55,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "OUT.html", value_parser = values::html(), help_heading = "Output")]
     pub page: Option<PathBuf>,
 
+    /// Also write render and wall time into the image's metadata; without it, equal renders give equal files
+    #[arg(long, help_heading = "Output")]
+    pub record_time: bool,
+
     /// Afterwards print the plan, the time of each part, and the measured cost of each feature that the scene does not need; takes some seconds more
     #[arg(long, conflicts_with_all = ["resume", "error", "time", "budget", "aov"], help_heading = "Output")]
     pub receipt: bool,
