@@ -224,6 +224,27 @@ fn each_format_holds_the_image() {
 }
 
 #[test]
+fn metadata_holds_rays_and_on_request_times() {
+    let (_folder, at) = folder();
+    let holds = |name: &str, text: &str| {
+        let bytes = fs::read(at(name)).unwrap();
+        bytes.windows(text.len()).any(|w| w == text.as_bytes())
+    };
+    let rays = format!("primary {}, reflection", 24 * 20 * 2);
+    for name in ["a.png", "a.exr", "a.hdr"] {
+        small(&at(name)).assert().success();
+        assert!(holds(name, &rays) && !holds(name, " s, wall "), "{name}");
+        let first = fs::read(at(name)).unwrap();
+        small(&at(name)).assert().success();
+        assert_eq!(fs::read(at(name)).unwrap(), first, "{name}: equal renders, equal files");
+        small(&at(name)).arg("--record-time").assert().success();
+        assert!(holds(name, &rays) && holds(name, " s, wall "), "{name}");
+    }
+    small(&at("b.exr")).args(["--budget"]).assert().success();
+    assert!(holds("b.exr", "Error: rmse at most ") && holds("b.exr", "% confidence: sampling "));
+}
+
+#[test]
 fn the_report_tells_of_the_render() {
     let (_folder, at) = folder();
     small(&at("a.png")).args(["--report", &at("a.json"), "--seed", "3"]).assert().success();

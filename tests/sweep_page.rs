@@ -4,48 +4,37 @@
 // A panic is a test's failure report, in its helpers too.
 #![allow(clippy::unwrap_used)]
 
+mod browser;
+
 use assert_cmd::Command;
+use browser::{foreign, used};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process;
 use tempfile::TempDir;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 
-/// Notes what goes wrong while the page loads.
-const WATCH: &str = "<script>window.problems = [];
-addEventListener('error', e => problems.push(e.message));
-console.error = (...words) => problems.push(words.join(' '));</script>";
-
-/// Uses the page as a reader does, and writes what happened into it.
-const USE: &str = "<script>
+/// Sorts, unfolds and enlarges.
+const USE: &str = "
 const heads = [...document.querySelectorAll('table.sortable th')];
 const head = name => heads.find(h => h.textContent === name);
 const column = name => [...document.querySelectorAll('table.sortable tbody tr')]
   .map(row => row.cells[head(name).cellIndex]).map(cell => cell.dataset.v ?? cell.textContent);
-const shown = () => heads.filter(h => getComputedStyle(h).display !== 'none').length;
+const columns = () => heads.filter(h => getComputedStyle(h).display !== 'none').length;
 const open = () => [...document.querySelectorAll('.views')[0].querySelectorAll('input')].map(i => i.checked);
-const press = key => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true }));
-const report = { columns: [shown()], rmse: [column('RMSE')], depth: [], width: [], open: [] };
-try {
-  for (const _ of [1, 2]) { head('RMSE').firstChild.click(); report.rmse.push(column('RMSE')); }
-  head('depth').firstChild.click();
-  report.depth = column('depth');
-  for (const _ of [1, 2]) { document.querySelector('label[for=all-columns]').click(); report.columns.push(shown()); }
-  const view = document.querySelector('.view'), image = view.querySelector('img');
-  report.width.push(image.getBoundingClientRect().width);
-  view.click();
-  report.width.push(image.getBoundingClientRect().width);
-  report.open.push(open());
-  for (const key of ['ArrowRight', 'ArrowLeft', 'ArrowLeft', 'Escape']) { press(key); report.open.push(open()); }
-} catch (e) { problems.push(String(e)); }
-report.problems = problems;
-const out = document.createElement('pre');
-out.id = 'report';
-out.textContent = JSON.stringify(report);
-document.body.append(out);
-</script>";
+Object.assign(report, { columns: [columns()], rmse: [column('RMSE')], depth: [], width: [], open: [] });
+for (const _ of [1, 2]) { head('RMSE').firstChild.click(); report.rmse.push(column('RMSE')); }
+head('depth').firstChild.click();
+report.depth = column('depth');
+for (const _ of [1, 2]) { document.querySelector('label[for=all-columns]').click(); report.columns.push(columns()); }
+const view = document.querySelector('.view'), image = view.querySelector('img');
+report.width.push(image.getBoundingClientRect().width);
+view.click();
+report.width.push(image.getBoundingClientRect().width);
+report.open.push(open());
+for (const key of ['ArrowRight', 'ArrowLeft', 'ArrowLeft', 'Escape']) { press(key); report.open.push(open()); }
+";
 
 /// The page of a small sweep.
 fn sweep(folder: &Path) -> String {
@@ -71,52 +60,8 @@ fn sweep(folder: &Path) -> String {
     fs::read_to_string(out.join("index.html")).unwrap()
 }
 
-/// Opens `page` in a browser, uses it, and returns the report and the browser's log.
-fn used(page: &str) -> (Value, String) {
-    let folder = TempDir::new().unwrap();
-    let file = folder.path().join("page.html");
-    let page = page.replacen("<head>", &format!("<head>{WATCH}"), 1).replacen(
-        "</body>",
-        &format!("{USE}</body>"),
-        1,
-    );
-    fs::write(&file, page).unwrap();
-    let output = process::Command::new("chromium")
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--no-first-run",
-            "--disable-background-networking",
-        ])
-        .args(["--disable-component-update", "--disable-sync", "--window-size=1300,900"])
-        .args(["--enable-logging=stderr", "--v=0", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
-        .arg(format!("file://{}", file.display()))
-        .output()
-        .expect(
-            "this test needs `chromium` in the PATH: run ./whitted.sh setup, or install the package chromium",
-        );
-    let (dom, log) =
-        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr).into_owned());
-    let report = dom.split("<pre id=\"report\">").nth(1).and_then(|rest| rest.split("</pre>").next());
-    let report = report.unwrap_or_else(|| panic!("the page did not report\n{log}\n{dom}"));
-    let report = report.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
-    (serde_json::from_str(&report).unwrap(), log)
-}
-
 fn numbers(list: &Value) -> Vec<f64> {
     list.as_array().unwrap().iter().map(|v| v.as_str().unwrap().parse().unwrap()).collect()
-}
-
-/// Addresses that a browser would load, except those inside the page.
-fn foreign(page: &str) -> Vec<&str> {
-    let starts = ["src=\"", "href=\"", "url(", "@import"];
-    let addresses = starts.iter().flat_map(|start| page.split(start).skip(1));
-    addresses
-        .filter(|a| !a.starts_with("data:image/png;base64,") && !a.starts_with('#'))
-        .filter_map(|a| a.split(['"', ')']).next())
-        .collect()
 }
 
 #[test]
@@ -129,7 +74,7 @@ fn the_page_works_in_a_browser() {
         1
     );
 
-    let (report, log) = used(&page);
+    let (report, log) = used(&page, USE);
     assert_eq!(report["problems"].as_array().unwrap().len(), 0, "{report}\n{log}");
     assert!(!log.contains("CONSOLE"), "{log}");
 
@@ -173,7 +118,7 @@ fn a_broken_page_is_noticed() {
     let broken =
         page.replacen("document.querySelectorAll(\"table.sortable\")", "document.queryAll(\"table\")", 1);
     assert_ne!(broken, page);
-    let (report, log) = used(&broken);
+    let (report, log) = used(&broken, USE);
     assert!(
         report["problems"].as_array().unwrap().iter().any(|p| p.to_string().contains("queryAll")),
         "{report}\n{log}"

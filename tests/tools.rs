@@ -68,6 +68,33 @@ fn renders_are_compared() {
 }
 
 #[test]
+fn renders_that_differ_in_noise_only_agree() {
+    let (_folder, at) = folder();
+    for (name, depth, seed) in [("a.exr", "3", "5"), ("b.exr", "3", "6"), ("wrong.exr", "1", "7")] {
+        let mut command = whitted(&["render", GLASS, "-o", &at(name), "--size", "96x64", "--samples", "4"]);
+        command.args(["--depth", depth, "--seed", seed, "--device", "cpu", "-q"]).assert().success();
+    }
+    let compared = |b: &str, more: &[&str]| {
+        let mut command = whitted(&["compare", &at("a.exr"), &at(b), "--statistical"]);
+        command.args(more);
+        command
+    };
+    // Two seeds differ in noise only, which any threshold near zero takes for a difference.
+    let output = compared("b.exr", &[]).assert().success().get_output().clone();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("no significant difference") && text.contains("significance of 0.01"), "{text}");
+    // Without reflections the picture is biased.
+    let output = compared("wrong.exr", &["--json", "-"]).assert().code(6).get_output().clone();
+    let figures = json(&output.stdout);
+    assert_eq!(figures["statistical"]["significant"], true, "{figures}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("more than noise"));
+    for wrong in [&["--significance", "1"][..], &["--threshold", "0.1"], &["--metric", "max"]] {
+        compared("b.exr", wrong).assert().code(2);
+    }
+    whitted(&["compare", &at("a.exr"), &at("b.exr"), "--significance", "0.1"]).assert().code(2);
+}
+
+#[test]
 fn what_cannot_be_compared_or_profiled_is_told() {
     let (_folder, at) = folder();
     fs::write(at("bad.png"), "no picture").unwrap();

@@ -1,10 +1,12 @@
 //! What the commands that render share: settings from arguments, delivery of image, report and JSON.
 
 use super::args::{Crop, Output, PictureArgs, RenderArgs, ScheduleArgs, Size};
+use super::commands::command_line;
 use super::console::Console;
 use super::failure::Failure;
-use crate::accuracy::promise;
+use crate::accuracy::promise::{self, Layer};
 use crate::image::{Format, Metadata, View};
+use crate::lab::render_page::{self, RenderPage};
 use crate::render::Rendered;
 use crate::report::{Report, text};
 use crate::scene::Scene;
@@ -55,8 +57,8 @@ pub(crate) fn settings(
 pub(crate) struct Deliver<'a> {
     pub(crate) args: &'a RenderArgs,
     pub(crate) format: Format,
-    /// Channels of layers, for formats that can hold them.
-    pub(crate) channels: &'a [(&'a str, Vec<f32>)],
+    /// Layers, for the page and for formats that can hold them.
+    pub(crate) layers: &'a [(Layer, Vec<f64>)],
     /// Wall time of the earlier parts of a resumed render, seconds.
     pub(crate) before: f64,
 }
@@ -79,10 +81,31 @@ impl Deliver<'_> {
             Output::Stdout => "-".into(),
             Output::File(path, _) => path.display().to_string(),
         };
-        self.write_image(&rendered)?;
-        let report = &mut rendered.report;
         report.time.wall = self.before + started.elapsed().as_secs_f64();
-        late(report);
+        self.write_image(&rendered)?;
+        // The page has no effect on what was rendered, and takes time of its own.
+        let clock = |report: &mut Report| {
+            report.time.wall = self.before + started.elapsed().as_secs_f64();
+            late(report);
+        };
+        clock(&mut rendered.report);
+        if let Some(path) = &self.args.page {
+            let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
+            let (report, layers) = (&rendered.report, self.layers);
+            write_page(
+                path,
+                &RenderPage {
+                    view,
+                    done: rendered.done,
+                    report,
+                    layers,
+                    profile: None,
+                    command: command_line(),
+                },
+            )?;
+            clock(&mut rendered.report);
+        }
+        let report = &rendered.report;
         if let Some(path) = &self.args.report {
             write_json(path, report)?;
         }
@@ -99,7 +122,14 @@ impl Deliver<'_> {
     fn write_image(&self, rendered: &Rendered) -> Result<(), Failure> {
         let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
         let metadata = Metadata::of(&rendered.report, rendered.done);
-        let encode = |out: &mut dyn Write| self.format.encode_with(view, self.channels, &metadata, out);
+        let metadata = if self.args.record_time { metadata.with_times(&rendered.report) } else { metadata };
+        let channels: Vec<(&str, Vec<f32>)> = match self.format {
+            Format::Exr => {
+                self.layers.iter().map(|(l, v)| (l.name(), v.iter().map(|x| *x as f32).collect())).collect()
+            }
+            _ => Vec::new(),
+        };
+        let encode = |out: &mut dyn Write| self.format.encode_with(view, &channels, &metadata, out);
         Ok(match &self.args.output {
             Output::Stdout => {
                 let mut out = BufWriter::new(io::stdout().lock());
@@ -110,6 +140,13 @@ impl Deliver<'_> {
                 .with_context(|| format!("cannot write {}", path.display())),
         }?)
     }
+}
+
+/// Writes the page of a render or profile.
+pub(crate) fn write_page(path: &Path, page: &RenderPage<'_>) -> Result<(), Failure> {
+    let cannot = || format!("cannot write {}", path.display());
+    let text = render_page::page(page).with_context(cannot)?;
+    Ok(atomic_file::write(path, |out| out.write_all(text.as_bytes())).with_context(cannot)?)
 }
 
 /// Names the pictures of layers.

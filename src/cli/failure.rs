@@ -39,7 +39,10 @@ impl Code {
         (Code::Scene, "the scene is wrong; the message names the place and a remedy"),
         (Code::NoDevice, "no suitable device"),
         (Code::DeviceLost, "the device was lost"),
-        (Code::AboveThreshold, "compare: the difference is above --threshold"),
+        (
+            Code::AboveThreshold,
+            "compare: the difference is above --threshold, or significant; or a picture of a folder has no partner",
+        ),
         (
             Code::Unmet,
             "render: --error, --time or --budget could not be kept; the image is saved, the message says why",

@@ -16,6 +16,12 @@ impl Rgb for DVec3 {
     }
 }
 
+impl Rgb for [f64; 3] {
+    fn rgb(&self) -> [f64; 3] {
+        *self
+    }
+}
+
 impl Rgb for [f32; 3] {
     fn rgb(&self) -> [f64; 3] {
         self.map(f64::from)

@@ -2,3 +2,4 @@
 
 pub mod flip;
 pub mod metrics;
+pub mod statistical;

@@ -3,9 +3,12 @@
 pub mod calibrate;
 pub mod gallery;
 pub(crate) mod markdown;
+pub(crate) mod page;
 pub(crate) mod plot;
 pub mod probe;
 pub mod profile;
 pub mod receipt;
+pub mod render_page;
 pub mod stress;
+pub mod suite;
 pub mod sweep;

@@ -36,6 +36,10 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
+    /// Write one page with picture, passes and settings, which needs no other file (HTML)
+    #[arg(long, value_name = "OUT.html", value_parser = values::html())]
+    pub page: Option<PathBuf>,
+
     /// Write one frame as Chrome trace events
     #[arg(long, value_name = "FILE.json")]
     pub trace: Option<PathBuf>,

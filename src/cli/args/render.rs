@@ -20,6 +20,7 @@ Examples:
   whitted render scenes/cornell.toml -o small.exr --size 300x250 --samples 4 -v
   whitted render scenes/cornell.toml -o part.png --crop 100,100,200,160 --report part.json
   whitted render scenes/cornell.toml -o good.png --error 0.01
+  whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
 
@@ -49,6 +50,14 @@ pub struct RenderArgs {
     /// Write times, rays and settings as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub report: Option<PathBuf>,
+
+    /// Write one page with picture, layers, error, passes and settings, which needs no other file (HTML)
+    #[arg(long, value_name = "OUT.html", value_parser = values::html(), help_heading = "Output")]
+    pub page: Option<PathBuf>,
+
+    /// Also write render and wall time into the image's metadata; without it, equal renders give equal files
+    #[arg(long, help_heading = "Output")]
+    pub record_time: bool,
 
     /// Afterwards print the plan, the time of each part, and the measured cost of each feature that the scene does not need; takes some seconds more
     #[arg(long, conflicts_with_all = ["resume", "error", "time", "budget", "aov"], help_heading = "Output")]

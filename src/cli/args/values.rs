@@ -87,6 +87,14 @@ pub(super) fn png() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// A parser of names of HTML files.
+pub(super) fn html() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match path.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("html") => Ok(path),
+        _ => Err("the extension must be .html"),
+    })
+}
+
 /// A parser of whole numbers from 1.
 pub(super) fn positive() -> RangedU64ValueParser<u32> {
     RangedU64ValueParser::new().range(1..)
@@ -123,6 +131,14 @@ pub(super) fn confidence(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
         _ => Err("the confidence must be above 0 and below 1: 0.95 is nineteen times in twenty".into()),
+    }
+}
+
+/// A probability in (0, 1).
+pub(super) fn significance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(p) if p > 0.0 && p < 1.0 => Ok(p),
+        _ => Err("the significance must be above 0 and below 1: 0.01 is one false alarm in a hundred".into()),
     }
 }
 
@@ -166,6 +182,14 @@ mod tests {
         assert_eq!((confidence("0.5"), confidence("0.999")), (Ok(0.5), Ok(0.999)));
         for bad in ["0", "1", "95", "-0.1", "NaN", ""] {
             assert!(confidence(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn significances() {
+        assert_eq!((significance("0.01"), significance("1e-9")), (Ok(0.01), Ok(1e-9)));
+        for bad in ["0", "1", "5", "-0.1", "NaN", ""] {
+            assert!(significance(bad).is_err(), "{bad}");
         }
     }
 

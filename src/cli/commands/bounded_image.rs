@@ -38,7 +38,7 @@ fn request(
     let a = &args.accuracy;
     let target = match (a.error, a.time) {
         (Some(error), _) => Target::Error(error),
-        (_, Some(seconds)) => Target::Time { seconds, from: started, layers: a.aov.len() as u32 },
+        (_, Some(seconds)) => Target::Time { seconds, from: started, layers: painted(args) },
         _ => Target::Settings,
     };
     if target == Target::Settings {
@@ -58,6 +58,12 @@ fn request(
         file: Some(format),
         keep_bits: args.bits.is_some(),
     })
+}
+
+/// Pictures to write besides the image: layers, and all of them again on a page.
+fn painted(args: &RenderArgs) -> u32 {
+    let layers = args.accuracy.aov.len() as u32;
+    if args.page.is_some() { 2 * layers + 1 } else { layers }
 }
 
 /// The number asked for, or 1.
@@ -105,10 +111,6 @@ pub(super) fn run(
     let format = known.file.unwrap_or(format);
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
-    let channels: Vec<(&str, Vec<f32>)> = layers
-        .iter()
-        .map(|(layer, values)| (layer.name(), values.iter().map(|v| *v as f32).collect()))
-        .collect();
     let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
     let rendered = Rendered {
         width: known.samples.width,
@@ -118,7 +120,7 @@ pub(super) fn run(
         report: known.report,
         unfinished: None,
     };
-    let report = Deliver { args, format, channels: &channels, before }.deliver(rendered, started, console)?;
+    let report = Deliver { args, format, layers: &layers, before }.deliver(rendered, started, console)?;
     let file = &report.image.file;
     say_layers(&names, console);
     delivery::validated(&renderer.validation_messages(), console)?;

@@ -39,10 +39,9 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
 }
 
 /// The command line as it was given.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let quoted = |word: String| if word.contains(' ') { format!("'{word}'") } else { word };
-    std::iter::once("whitted".to_owned())
-        .chain(std::env::args().skip(1).map(quoted))
-        .collect::<Vec<_>>()
-        .join(" ")
+    // Names of files need not be UTF-8.
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    std::iter::once("whitted".to_owned()).chain(words.map(quoted)).collect::<Vec<_>>().join(" ")
 }

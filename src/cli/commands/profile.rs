@@ -1,13 +1,15 @@
 //! `whitted profile`.
 
+use super::command_line;
 use crate::atomic_file;
 use crate::cli::args::{ProfileArgs, Size};
 use crate::cli::console::{self, Console};
-use crate::cli::delivery::write_json;
+use crate::cli::delivery::{write_json, write_page};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::profile::{self, Profile};
+use crate::lab::render_page::RenderPage;
 use crate::plan::Plan;
 use crate::plan::{memory_traffic, passes};
 use crate::render::{Prepared, Rendered, Renderer};
@@ -17,7 +19,7 @@ use crate::report::timeline::{self, Dispatched, Phase, RenderTimeline, Submit};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use anyhow::{Context, anyhow};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Renders several times and prints where the time goes.
@@ -63,18 +65,25 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         .ok_or_else(|| anyhow!("the device reported times that are not numbers"))?;
     let report = &mut profile.report;
     report.time.wall = started.elapsed().as_secs_f64();
+    if let Some(path) = &args.page {
+        let view = View { width: first.width, height: first.height, linear: &first.linear };
+        let Profile { report, profile: spread } = &profile;
+        let (profile, command) = (Some(spread), command_line());
+        write_page(path, &RenderPage { view, done: first.done, report, layers: &[], profile, command })?;
+    }
     tell(args, &profile, console)
 }
 
 fn check(args: &ProfileArgs) -> Result<(), Failure> {
-    for path in [&args.json, &args.trace].into_iter().flatten().filter(|p| p.as_os_str() != "-") {
+    for path in [&args.json, &args.trace, &args.page].into_iter().flatten().filter(|p| p.as_os_str() != "-") {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     if args.trace.as_ref().is_some_and(|p| p.as_os_str() == "-") {
         return Err(Failure::Usage("--trace needs a file".into()));
     }
-    if args.trace.is_some() && args.trace == args.json {
-        return Err(Failure::Usage("--trace and --json name the same file".into()));
+    let same = |a: &Option<PathBuf>, b: &Option<PathBuf>| a.is_some() && a == b;
+    if same(&args.trace, &args.json) || same(&args.page, &args.json) || same(&args.page, &args.trace) {
+        return Err(Failure::Usage("two options name the same file to write".into()));
     }
     Ok(())
 }

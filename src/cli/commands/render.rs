@@ -77,7 +77,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
-    let report = Deliver { args, format, channels: &[], before }.deliver(rendered, started, console)?;
+    let report = Deliver { args, format, layers: &[], before }.deliver(rendered, started, console)?;
     if done < 1.0 {
         return Err(interrupted(&report, done, unfinished, state)?);
     }
@@ -132,6 +132,12 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
         writable(path)?;
         if matches!(&args.output, Output::File(image, _) if image == path) {
             return Err(Failure::Usage("--report and --output name the same file".into()));
+        }
+    }
+    if let Some(path) = &args.page {
+        writable(path)?;
+        if args.report.as_ref() == Some(path) {
+            return Err(Failure::Usage("--report and --page name the same file".into()));
         }
     }
     match (args.bits.as_deref(), format) {

@@ -1,7 +1,9 @@
 //! What the comparer must notice, on files that it reads itself.
 
+use super::pair::judge;
 use super::*;
 use crate::cli::args::Verbosity;
+use crate::compare::metrics;
 use crate::image::{Bits, Format, View};
 use std::fs::{self, File};
 use std::path::PathBuf;
@@ -53,10 +55,13 @@ impl Bench {
             a,
             b,
             diff: None,
+            output: None,
             full_scale: None,
             json: Some(self.at("figures.json")),
             metric: Metric::Rmse,
             threshold: None,
+            statistical: false,
+            significance: None,
             quiet: true,
         }
     }
@@ -201,8 +206,71 @@ fn the_table_has_every_figure() {
     let judged = judge(&figures, Metric::Flip, Some(0.1));
     let about = || PictureInfo { file: "a.png".into(), width: 2, height: 2, encoding: "linear" };
     let program = ProgramInfo::default();
-    let text = table(&Comparison { program, a: about(), b: about(), metrics: figures, judged, diff: None });
+    let (statistical, diff) = (None, None);
+    let text = text::comparison(&Comparison {
+        program,
+        a: about(),
+        b: about(),
+        metrics: figures,
+        judged,
+        statistical,
+        diff,
+    });
     for word in ["rmse", "0.25", "p999", "12.04", "flip", "threshold 0.1", "4 pixels, 100 %"] {
         assert!(text.contains(word), "{word} is missing:\n{text}");
     }
+}
+
+/// The picture with noise of a standard deviation of 0.03, by a linear congruential generator (Knuth's MMIX).
+fn noisy(seed: u64) -> Vec<[f32; 3]> {
+    let mut state = seed;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1u64 << 24) as f32 - 0.5
+    };
+    picture().iter().map(|p| p.map(|c| 0.2 + 0.5 * c + 0.1 * uniform())).collect()
+}
+
+#[test]
+fn noise_is_no_difference_and_a_bias_is_one() {
+    let bench = Bench::new();
+    let mut wrong = noisy(2);
+    let (a, b) = (bench.save("a.exr", WIDTH, &noisy(1)), bench.save("b.exr", WIDTH, &wrong));
+    let args =
+        |a: &PathBuf, b: &PathBuf| CompareArgs { statistical: true, ..bench.args(a.clone(), b.clone()) };
+    let (code, figures) = bench.compare(&args(&a, &b));
+    let test = &figures["statistical"];
+    assert_eq!((code, &test["significant"], &test["exact"]), (0, &false.into(), &false.into()), "{test}");
+    // 5 x 3 blocks of 8 pixels, 1 of 32, which is the whole.
+    assert_eq!((&test["tests"], &test["significance"]), (&48.into(), &0.01.into()));
+
+    for (x, y) in (8..16).flat_map(|x| (10..20).map(move |y| (x, y))) {
+        wrong[y * WIDTH + x][0] += 0.05;
+    }
+    let c = bench.save("c.exr", WIDTH, &wrong);
+    let diff = Some(bench.at("scores.png"));
+    let (code, figures) = bench.compare(&CompareArgs { diff, ..args(&a, &c) });
+    let worst = &figures["statistical"]["worst"];
+    assert_eq!((code, &worst["channel"], &worst["region"]), (6, &"red".into(), &vec![8, 10, 16, 20].into()));
+    assert!(bench.at("scores.png").exists() && figures["diff"]["scale"][1].as_f64().unwrap() > 4.0);
+    // A looser significance finds no less, a very strict one no more than noise.
+    let strict = CompareArgs { significance: Some(1e-14), ..args(&a, &c) };
+    assert_eq!(bench.compare(&strict).0, 0);
+}
+
+#[test]
+fn without_noise_the_test_is_an_exact_comparison() {
+    let bench = Bench::new();
+    let mut wrong = picture();
+    let a = bench.save("a.exr", WIDTH, &wrong);
+    let args = |b| CompareArgs { statistical: true, ..bench.args(a.clone(), b) };
+    let (code, figures) = bench.compare(&args(a.clone()));
+    assert_eq!((code, &figures["statistical"]["exact"]), (0, &true.into()));
+    wrong[777][1] += 1e-4;
+    let (code, figures) = bench.compare(&args(bench.save("b.exr", WIDTH, &wrong)));
+    let test = &figures["statistical"];
+    assert_eq!((code, &test["exact"], &test["differing_pixels"]), (6, &true.into(), &1.into()));
+    let small = bench.save("small.exr", 2, &picture()[..4]);
+    let text = bench.refused(&CompareArgs { statistical: true, ..bench.args(small.clone(), small) });
+    assert!(text.contains("cannot compare"), "{text}");
 }

@@ -64,7 +64,7 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let Verbosity { quiet, verbose } = args.verbosity;
     let mut console = Console::on(Box::new(tape.clone()), Verbosity { quiet, verbose });
     let format = check(&args).unwrap();
-    let deliver = Deliver { args: &args, format, channels: &[], before: 0.0 };
+    let deliver = Deliver { args: &args, format, layers: &[], before: 0.0 };
     let result =
         deliver.deliver(rendered(done), Instant::now(), &mut console).and_then(|report| match done {
             1.0 => Ok(()),

@@ -1,25 +1,18 @@
 //! The page's text: one file that needs no other file, no network and, for reading, no JavaScript.
 
 use super::charts::Plot;
-use super::markup::{data_url, error, escaped};
-use super::pictures::{LEAST, Pictures, Shown};
+use super::pictures::{Pictures, Shown};
 use super::{rows, tables};
-use crate::image::heat::heat;
+use crate::lab::page::markup::{self, data_url, error, escaped};
+use crate::lab::page::pictures::scale;
+use crate::lab::page::{document, views};
 use crate::lab::sweep::record::Record;
 use crate::units::{plural, seconds};
 use std::fmt::Write;
 
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
-
 /// The whole page; each plot comes with its SVG.
 pub(super) fn page(record: &Record, plots: &[(Plot, String)], pictures: &Pictures) -> String {
-    let title = format!("Sweep of {}", escaped(&record.scene));
-    let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
-         content=\"width=device-width\"><title>{title}</title>\n<style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
-    );
-    text += &summary(record);
+    let mut text = summary(record);
     text += &facts(record);
     text += TERMS;
     text += &figures(plots);
@@ -30,8 +23,7 @@ pub(super) fn page(record: &Record, plots: &[(Plot, String)], pictures: &Picture
     text += &tables::doublings(record);
     text += &tables::precisions(record);
     text += &rows::section(record);
-    let _ = writeln!(text, "<script>\n{SCRIPT}</script></body></html>");
-    text
+    document(&format!("Sweep of {}", record.scene), &text)
 }
 
 /// The result in one paragraph, and what it does not say.
@@ -112,9 +104,7 @@ fn facts(record: &Record) -> String {
     }
     let (version, git) = (&record.program.version, escaped(&record.program.git));
     list.push(("made by", format!("<code>{}</code><br>whitted {version} ({git})", escaped(&record.command))));
-    let items: Vec<String> =
-        list.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{value}</dd>")).collect();
-    format!("<dl class=\"facts\">{}</dl>\n", items.join("\n"))
+    markup::facts(&list)
 }
 
 const TERMS: &str = "<details><summary>Terms used on this page</summary><dl>
@@ -158,47 +148,41 @@ fn gallery(pictures: &Pictures) -> String {
         return String::new();
     }
     let [width, height] = pictures.size;
-    let stops: Vec<String> =
-        (0..=8u32).map(|i| heat(f64::from(i) / 8.0)).map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
     let mut text = format!(
         "<h2 id=\"pictures\">Pictures</h2>\n<p>Settings of the Pareto front from fast to exact, then the largest error and the slowest \
          setting. Settings with equal pictures share a row. Click a picture for full size; then the arrow keys flip \
          between picture, truth and difference.</p>\n\
-         <p>The difference is the largest of the three channels, in linear light, on a logarithmic scale:<br>\
-         <span class=\"scale\"><i style=\"background:linear-gradient(90deg,{})\"></i><span><span>{LEAST} or \
-         less</span><span>0.001</span><span>0.01</span><span>0.1</span><span>1</span></span></span></p>\n\
+         <p>The difference is the largest of the three channels, in linear light, on a logarithmic scale:<br>{}</p>\n\
          <svg width=\"0\" height=\"0\" style=\"position:absolute\"><symbol id=\"truth\" viewBox=\"0 0 {width} {height}\">\
          <image width=\"{width}\" height=\"{height}\" href=\"{}\"/></symbol></svg>\n",
-        stops.join(","),
+        scale(),
         data_url(&pictures.truth),
     );
     for shown in &pictures.list {
-        text += &views(shown, pictures.size);
+        text += &row(shown, pictures.size);
     }
     text
 }
 
 /// One row: picture, truth and difference side by side.
-fn views(shown: &Shown, [width, height]: [u32; 2]) -> String {
+fn row(shown: &Shown, size: [u32; 2]) -> String {
+    let [width, height] = size;
     let mut names = String::new();
     for (name, figures) in &shown.settings {
         let _ = write!(names, "<li><b>{}</b>{}</li>", escaped(name), escaped(figures));
     }
     let tags: String = shown.tags.iter().map(|t| format!("<span class=\"tag\">{t}</span>")).collect();
-    let image = |png: &[u8], what: &str| {
-        format!("<img width=\"{width}\" height=\"{height}\" alt=\"{what}\" src=\"{}\">", data_url(png))
-    };
     let truth = format!(
         "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"truth\"><use href=\"#truth\"/></svg>"
     );
-    let view = |what: &str, image: &str| {
-        format!("<label class=\"view\"><input type=\"checkbox\">{image}<span>{what}</span></label>\n")
-    };
+    let apart = "difference from the truth";
+    let views = views::views(&[
+        ("picture", views::image(&shown.picture, size, "picture")),
+        ("truth", truth),
+        (apart, views::image(&shown.difference, size, apart)),
+    ]);
     format!(
-        "<figure class=\"row\"><figcaption>{tags}<ul class=\"names\">{names}</ul></figcaption><div class=\"views\">\n{}{}{}</div></figure>\n",
-        view("picture", &image(&shown.picture, "picture")),
-        view("truth", &truth),
-        view("difference from the truth", &image(&shown.difference, "difference from the truth")),
+        "<figure class=\"row\"><figcaption>{tags}<ul class=\"names\">{names}</ul></figcaption>{views}</figure>\n"
     )
 }
 

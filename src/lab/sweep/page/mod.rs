@@ -2,7 +2,6 @@
 
 mod charts;
 mod html;
-mod markup;
 mod pictures;
 mod rows;
 mod tables;

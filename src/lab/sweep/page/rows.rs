@@ -1,6 +1,6 @@
 //! The table of all settings: the columns most people want, and the rest behind a toggle.
 
-use super::markup::{error, escaped};
+use crate::lab::page::markup::{error, escaped};
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
 use crate::units::{seconds, short};

@@ -1,7 +1,7 @@
 //! The small tables: Pareto front, fastest setting per error, convergence, cost of samples,
 //! precisions.
 
-use super::markup::{error, section};
+use crate::lab::page::markup::{error, section};
 use crate::lab::sweep::record::Record;
 use crate::lab::sweep::row::Row;
 use crate::stats::{median, quartiles};

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// An error with three significant digits, or `-` if it is unknown.
-pub(super) fn error(x: Option<f64>) -> String {
+pub(crate) fn error(x: Option<f64>) -> String {
     match x {
         None => "-".into(),
         Some(x) if x == 0.0 || !x.is_finite() => format!("{x}"),
@@ -16,13 +16,13 @@ pub(super) fn error(x: Option<f64>) -> String {
 }
 
 /// Text that is no markup.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// A section: heading, a note on how to read it (HTML), and a table whose first `words` columns are
 /// flush left. Empty if there are no rows.
-pub(super) fn section<const N: usize>(
+pub(crate) fn section<const N: usize>(
     title: &str,
     note: &str,
     (words, heads): (usize, &[&str; N]),
@@ -47,8 +47,15 @@ pub(super) fn section<const N: usize>(
     )
 }
 
+/// Names and their values (HTML), one line each.
+pub(crate) fn facts(list: &[(&str, String)]) -> String {
+    let items: Vec<String> =
+        list.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{value}</dd>")).collect();
+    format!("<dl class=\"facts\">{}</dl>\n", items.join("\n"))
+}
+
 /// A PNG file as the address of an image.
-pub(super) fn data_url(png: &[u8]) -> String {
+pub(crate) fn data_url(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", base64(png))
 }
 
