@@ -7,6 +7,7 @@ pub mod budget;
 pub mod pixel_order;
 pub mod pixel_sums;
 pub mod interval;
+pub mod pixel_interval;
 pub mod radiance_bound;
 pub mod promise;
 pub mod quantile;

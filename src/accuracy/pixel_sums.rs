@@ -1,13 +1,13 @@
 //! The samples of an image so far, and what its pixels say of their errors.
 
 use super::interval::{self, Interval};
+use super::pixel_interval;
 use super::radiance_bound::RadianceLimit;
 use super::sampling::Noise;
 use super::truncation::{self, TruncationBound};
 use super::unseen::{Caps, Unseen};
 use crate::render::samples::{Mark, Traced, quarters, sets};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// The samples of an image so far, pixel by pixel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -167,7 +167,7 @@ impl PixelSums {
         sampled.map(|at| self.noise_of(at)).sum()
     }
 
-    /// The intervals of pixel `at`, one a channel; it has samples.
+    /// The intervals of pixel `at` of several replicates, one a channel; it has samples.
     pub fn intervals(&self, at: usize, confidence: f64) -> [Interval; 3] {
         let n = self.samples[at];
         let each = f64::from(n) / self.replicates as f64;
@@ -178,18 +178,16 @@ impl PixelSums {
         })
     }
 
-    /// Half the width of each pixel's interval, of its widest channel.
+    /// Half the width of each pixel's interval, of its widest channel; NaN without samples.
     pub fn half_widths(&self, confidence: f64) -> Vec<f64> {
-        self.half_widths_of(0..self.samples.len(), confidence)
-    }
-
-    /// The same of some pixels.
-    pub(super) fn half_widths_of(&self, pixels: Range<usize>, confidence: f64) -> Vec<f64> {
+        if self.replicates == 1 {
+            return pixel_interval::half_widths(self, confidence);
+        }
         let half = |at: usize| match self.samples[at] {
             0 => f64::NAN,
             _ => self.intervals(at, confidence).iter().fold(0.0, |m: f64, i| m.max((i.high - i.low) / 2.0)),
         };
-        pixels.map(half).collect()
+        (0..self.samples.len()).map(half).collect()
     }
 
     /// Mean throughput that the image lost to the cut.

@@ -30,8 +30,12 @@ pub fn error(report: &Report) -> Vec<String> {
         figure(e.total),
         number(100.0 * e.confidence)
     )];
+    let unseen = match e.unseen > 0.5 * e.sampling {
+        true => format!("; parts of pixels that no sample met: up to {}", figure(e.unseen)),
+        false => String::new(),
+    };
     lines.push(format!(
-        "  sampling   {} (best estimate {})",
+        "  sampling   {} (best estimate {}{unseen})",
         figure(e.sampling),
         figure(e.sampling_estimate)
     ));
@@ -52,6 +56,12 @@ pub fn error(report: &Report) -> Vec<String> {
         }
         _ => "  rounding   not measured (not compared with f64)".into(),
     });
+    if let Some(part) = e.encoding {
+        lines.push(format!("  encoding   {} (steps of the file's codes)", figure(part)));
+    }
+    if let Some(why) = &e.void {
+        lines = vec![format!("no error bound: {why}")];
+    }
     let asked = &report.asked;
     let what = match (asked.error, asked.time) {
         (Some(error), _) => format!("an error of {}", number(error)),

@@ -256,12 +256,9 @@ fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
     let known = clock.elapsed().as_secs_f64();
     let mut painted = 0.0;
     if layers > 0 {
-        // The intervals of pixels are what takes longest, of which some tell.
         let clock = Instant::now();
-        let some = image.samples.len().min(1024);
-        let _ = image.half_widths_of(0..some, task.request.confidence);
-        let share = image.samples.len() as f64 / some.max(1) as f64;
-        painted = clock.elapsed().as_secs_f64() * share + 3.0 * f64::from(layers) * written;
+        let _ = image.half_widths(task.request.confidence);
+        painted = clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
     }
     // A file system is slower than memory, and samples pack worse than black.
     2.5 * written + 1.5 * (known + painted) + 0.01
