@@ -2,45 +2,85 @@
 
 use super::values::{self, Size};
 use super::{DeviceArgs, Verbosity};
+use crate::scene::procedural::families::Family;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
-const CALIBRATE_HELP: &str = "\
+static CALIBRATE_HELP: LazyLock<String> = LazyLock::new(|| {
+    let lines = Family::ALL.map(|f| format!("  {:<13} {}", f.name(), f.what()));
+    HELP.replace("{FAMILIES}", &lines.join("\n"))
+});
+
+const HELP: &str = "\
 Each image is compared with a reference in f64 whose own standard error is at most a tenth of the smallest error measured. \
 The tables are Markdown. They go to standard output unless -o names a file, and to standard error under --json -. Ctrl-C \
 ends the work and keeps the finished trials. A promise that was not kept appears in the tables; the command still exits \
 with 0.
 
+--families draws scenes at random instead: scene texts that anybody can draw anew with another --seed. The tables then go to \
+FILE.md, and the records of all scenes to FILE.jsonl beside it, one line when a scene is done; the same command goes on \
+where an earlier one ended. --keep writes the scenes to a folder; without -o nothing else is done.
+
+Families:
+{FAMILIES}
+
 Examples:
   whitted calibrate
   whitted calibrate scenes/cornell.toml --only error --errors 0.02,0.01,0.005 --seeds 100
-  whitted calibrate --size 300x200 --times 1,5 -o calibration.md --json calibration.json";
+  whitted calibrate --size 300x200 --times 1,5 -o calibration.md --json calibration.json
+  whitted calibrate --families all --scenes 10 --seeds 4 --seed 2026 -o families.md --page families.html
+  whitted calibrate --families wires,dim:3 --keep out/scenes";
 
 /// `whitted calibrate`.
 #[derive(Debug, Args)]
-#[command(after_help = super::notes(CALIBRATE_HELP))]
+#[command(after_help = super::notes(&CALIBRATE_HELP))]
 pub struct CalibrateArgs {
     /// Scene texts (TOML) [default: scenes/*.toml]
     pub scenes: Vec<PathBuf>,
 
-    /// Trials of --budget and of --error for each scene and setting
-    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 20)]
-    pub seeds: u32,
+    /// Draw scenes from these families: `all`, or names separated by commas; `wires:3` is one scene
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with_all = ["scenes", "runs", "json"])]
+    pub families: Vec<String>,
+
+    /// Scenes to draw from each family
+    #[arg(long = "scenes", value_name = "N", value_parser = values::positive(), default_value_t = 10, requires = "families")]
+    pub draws: u32,
+
+    /// Seed that scenes are drawn with
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "families")]
+    pub seed: u64,
+
+    /// Most rays for the truth of a drawn scene
+    #[arg(long, value_name = "N", value_parser = values::above_zero, default_value_t = 5e6, requires = "families")]
+    pub truth_rays: f64,
+
+    /// Write the drawn scenes to this folder
+    #[arg(long, value_name = "DIR", requires = "families")]
+    pub keep: Option<PathBuf>,
+
+    /// Write a page with plots as well
+    #[arg(long, value_name = "FILE.html", requires_all = ["families", "output"])]
+    pub page: Option<PathBuf>,
+
+    /// Trials of --budget and of --error for each scene and setting [default: 20; with --families 4]
+    #[arg(long, value_name = "N", value_parser = values::positive())]
+    pub seeds: Option<u32>,
 
     /// Timed runs of --time for each scene and setting
     #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 5)]
     pub runs: u32,
 
-    /// Samples per pixel to try --budget with, at least 2
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::two_or_more(), default_value = "16,64")]
+    /// Samples per pixel to try --budget with, at least 2 [default: 16,64; with --families 4,16,64]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::two_or_more())]
     pub samples: Vec<u32>,
 
-    /// Errors to try --error with
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero, default_value = "0.02,0.01")]
+    /// Errors to try --error with [default: 0.02,0.01; with --families 0.01,0.003]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero)]
     pub errors: Vec<f64>,
 
-    /// Seconds to try --time with
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero, default_value = "0.5")]
+    /// Seconds to try --time with [default: 0.5; with --families none]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero)]
     pub times: Vec<f64>,
 
     /// Try only these promises

@@ -1,5 +1,7 @@
 //! `whitted calibrate`.
 
+mod families;
+
 use super::command_line;
 use crate::atomic_file;
 use crate::cli::args::{CalibrateArgs, Promise};
@@ -18,6 +20,9 @@ const FOLDER: &str = "scenes";
 
 /// Measures how often the promises are kept.
 pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
+    if !args.families.is_empty() {
+        return families::run(args, console);
+    }
     let json_file = args.json.iter().filter(|p| p.as_os_str() != "-");
     for path in args.output.iter().chain(json_file) {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
@@ -58,16 +63,24 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     }
 }
 
+/// The list of an option, or its default if it is not given; empty if `--only` leaves its promise out.
+fn list<T: Clone>(args: &CalibrateArgs, promise: Promise, given: &[T], default: &[T]) -> Vec<T> {
+    match args.only.is_empty() || args.only.contains(&promise) {
+        false => Vec::new(),
+        true if given.is_empty() => default.to_vec(),
+        true => given.to_vec(),
+    }
+}
+
 fn plan(args: &CalibrateArgs) -> Plan {
-    let tried = |promise| args.only.is_empty() || args.only.contains(&promise);
     Plan {
         width: args.size.width,
         height: args.size.height,
-        seeds: args.seeds,
+        seeds: args.seeds.unwrap_or(20),
         runs: args.runs,
-        samples: if tried(Promise::Budget) { args.samples.clone() } else { Vec::new() },
-        errors: if tried(Promise::Error) { args.errors.clone() } else { Vec::new() },
-        times: if tried(Promise::Time) { args.times.clone() } else { Vec::new() },
+        samples: list(args, Promise::Budget, &args.samples, &[16, 64]),
+        errors: list(args, Promise::Error, &args.errors, &[0.02, 0.01]),
+        times: list(args, Promise::Time, &args.times, &[0.5]),
         confidence: args.confidence,
     }
 }

@@ -1,10 +1,10 @@
 //! How often a bound held, compared with how often its confidence says it should.
 
 use crate::accuracy::interval::{self, Interval};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A bound that held in `kept` out of `of` trials.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Coverage {
     /// Trials in which it held.
     pub kept: u64,

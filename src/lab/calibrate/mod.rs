@@ -2,6 +2,7 @@
 //! hold, over scenes and seeds. Every image is compared with a truth: the same scene in f64 with
 //! many more samples.
 
+pub mod families;
 mod page;
 mod record;
 mod coverage;

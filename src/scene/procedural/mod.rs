@@ -2,6 +2,7 @@
 //! closed meshes of any size. The same flags give the same bytes on every run.
 
 mod cube;
+pub mod families;
 mod flake;
 mod geodesic;
 mod noise;

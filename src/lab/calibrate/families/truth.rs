@@ -1,0 +1,263 @@
+//! Truths by independent seeds: the mean of several renders in f64, each with many samples. They use nothing but plain
+//! samples of the kernels, so they share no code with the bounds that they judge. Pixels that may hold something smaller
+//! than a pixel get more samples than the rest ([`small`]).
+
+use super::judge::{Reference, Shown};
+use super::record::TruthRecord;
+use super::{seeds, small};
+use crate::render::{Observer, RenderError, Renderer, Survey};
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
+
+/// Renders of a truth, at least: fewer say little about their own spread.
+const LEAST_SEEDS: u32 = 4;
+/// Renders of a truth, at most.
+const MOST_SEEDS: u32 = 32;
+/// Samples per pixel of the first renders.
+const FIRST_SAMPLES: u32 = 16;
+/// Samples per pixel of one render, at most.
+const MOST_SAMPLES: u32 = 1 << 14;
+/// Error falls with the samples to the power of -3/4 at edges (Mitchell, SIGGRAPH 1996).
+const SLOPE: f64 = 0.75;
+/// Samples per pixel that depths are compared with.
+const DEPTH_SAMPLES: u32 = 8;
+/// Depth and cutoff of complete paths, the first that suffices: each twice as deep, and cut at an eighth.
+const FIRST_DEPTH: u32 = 8;
+const FIRST_CUTOFF: f32 = 1e-3;
+const DEEPEST: u32 = 1024;
+/// A depth suffices if the next two change the image by less than this share of the error sought.
+const HIDDEN_SHARE: f64 = 0.25;
+/// Rays per sample at which depth stops growing.
+const MOST_RAYS_PER_SAMPLE: f64 = 300.0;
+/// Share of the rays of a truth that the comparison of depths may take.
+const DEPTH_RAYS: f64 = 0.25;
+/// Samples of a pixel that may hold something small, at most.
+const MOST_SMALL: u32 = 1 << 16;
+/// Share of the rays of a truth that these pixels may take.
+const SMALL_RAYS: f64 = 0.5;
+/// Number of the first seed for these pixels: others than those of whole renders.
+const SMALL_SEED: u32 = 1 << 16;
+/// Least RMSE sought: a tenth of an 8-bit code would need more samples than anybody compares.
+const LEAST_ERROR: f64 = 2e-5;
+
+/// Linear RGB, unclamped, rows from the top.
+type Pixels = Vec<[f32; 3]>;
+
+/// How long the paths of a truth are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Paths {
+    /// Rays in the longest path.
+    pub(super) depth: u32,
+    /// Rays with less throughput are not traced.
+    pub(super) cutoff: f32,
+    /// RMSE that longer paths may cause: the change by the last step, which longer steps only shrink.
+    pub(super) hidden: f64,
+}
+
+/// Renders one scene plainly.
+pub(super) struct Tracer<'a> {
+    pub(super) renderer: &'a mut Renderer,
+    pub(super) scene: &'a Scene,
+    /// Size, and f64 where the device has it.
+    pub(super) settings: Settings,
+    /// Most rays of one truth.
+    pub(super) most_rays: f64,
+}
+
+/// Pixels that were sampled apart.
+#[derive(Debug, Clone, Copy, Default)]
+struct Small {
+    pixels: u64,
+    samples: u32,
+    rays: u64,
+}
+
+/// A truth and its quality.
+pub(super) struct Truth {
+    pub(super) reference: Reference,
+    pub(super) record: TruthRecord,
+}
+
+impl<'a> Tracer<'a> {
+    pub(super) fn new(
+        renderer: &'a mut Renderer,
+        scene: &'a Scene,
+        settings: &Settings,
+        most_rays: f64,
+    ) -> Tracer<'a> {
+        let double = renderer.device().has_double();
+        let precision = if double { Precision::Double } else { Precision::Robust };
+        let settings = Settings { precision, cutoff: 0.0, replicates: 1, crop: None, ..settings.clone() };
+        Tracer { renderer, scene, settings, most_rays }
+    }
+
+    /// Linear pixels and rays of one render; `None` if cancelled.
+    fn render(
+        &mut self,
+        paths: Paths,
+        samples: u32,
+        seed: u32,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(Pixels, u64)>, RenderError> {
+        let Paths { depth, cutoff, .. } = paths;
+        let settings = Settings { depth, cutoff, samples, seed, ..self.settings.clone() };
+        let image = self.renderer.render_with(self.scene, &settings, observer)?;
+        Ok((image.done == 1.0).then(|| (image.linear, image.report.rays.total())))
+    }
+
+    /// The depth and cutoff from which on paths are complete, as far as an error of `sought` shows. Each step renders the
+    /// same samples, and longer paths only add light; so the change between two steps is exactly the light between.
+    pub(super) fn complete(
+        &mut self,
+        sought: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Paths>, RenderError> {
+        if !self.scene.materials.iter().any(|m| m.has_secondary()) {
+            return Ok(Some(Paths { depth: 1, cutoff: 0.0, hidden: 0.0 }));
+        }
+        let pixels = f64::from(self.settings.width) * f64::from(self.settings.height);
+        let mut step = Paths { depth: FIRST_DEPTH, cutoff: FIRST_CUTOFF, hidden: 0.0 };
+        let (mut last, mut still, mut spent): (Option<(Paths, Shown)>, u32, f64) = (None, 0, 0.0);
+        loop {
+            let image = match self.render(step, DEPTH_SAMPLES, seeds::truth(0), observer) {
+                Ok(Some(image)) => image,
+                Ok(None) => return Ok(None),
+                // The step before has to do.
+                Err(error) if error.does_not_fit() && last.is_some() => break,
+                Err(error) => return Err(error),
+            };
+            let (linear, rays) = image;
+            let shown = Shown::of(&linear);
+            if let Some((_, before)) = &last {
+                step.hidden = shown.distance(before);
+                still = if step.hidden <= HIDDEN_SHARE * sought { still + 1 } else { 0 };
+            }
+            spent += rays as f64;
+            let each = rays as f64 / (pixels * f64::from(DEPTH_SAMPLES));
+            last = Some((step, shown));
+            let dear = each > MOST_RAYS_PER_SAMPLE || spent > DEPTH_RAYS * self.most_rays;
+            if still == 2 || step.depth >= DEEPEST || dear {
+                break;
+            }
+            step = Paths { depth: 2 * step.depth, cutoff: step.cutoff / 8.0, hidden: 0.0 };
+        }
+        Ok(last.map(|(paths, _)| paths))
+    }
+
+    /// The truth of `paths`, sampled until its own RMSE is `sought` or its rays are used up; `None` if cancelled.
+    pub(super) fn truth(
+        &mut self,
+        paths: Paths,
+        sought: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Truth>, RenderError> {
+        let sought = sought.max(LEAST_ERROR);
+        let mut samples = FIRST_SAMPLES;
+        let (mut renders, mut rays): (Vec<Pixels>, u64) = (Vec::new(), 0);
+        let mut reference = loop {
+            let Some(part) = self.seeds(paths, samples, 0..LEAST_SEEDS, &mut renders, observer)? else {
+                return Ok(None);
+            };
+            rays += part;
+            let reference = Reference::of(&renders, paths.hidden);
+            // Longer sequences rather than more of them: they fall faster than with the root.
+            let wanted = f64::from(samples) * (reference.error() / sought).powf(1.0 / SLOPE);
+            let each = part as f64 / f64::from(samples);
+            let affordable = (self.most_rays - rays as f64) / each;
+            let next = wanted.max(2.0 * f64::from(samples)).min(affordable).min(f64::from(MOST_SAMPLES));
+            // Whole powers of two, at which the sequence is most even.
+            let next = next.max(1.0).log2().floor().exp2() as u32;
+            if reference.error() <= sought || next <= samples {
+                break reference;
+            }
+            samples = next;
+            renders.clear();
+        };
+        while reference.error() > sought && (renders.len() as u32) < MOST_SEEDS {
+            let each = rays as f64 / renders.len() as f64;
+            if rays as f64 + each > self.most_rays {
+                break;
+            }
+            let from = renders.len() as u32;
+            let Some(part) = self.seeds(paths, samples, from..from + 1, &mut renders, observer)? else {
+                return Ok(None);
+            };
+            rays += part;
+            reference = Reference::of(&renders, paths.hidden);
+        }
+        let each = rays as f64 / (renders.len() as f64 * f64::from(samples));
+        let Some(small) = self.refine(paths, samples, each, &mut renders, observer)? else { return Ok(None) };
+        rays += small.rays;
+        let reference = Reference::of(&renders, paths.hidden);
+        let record = TruthRecord {
+            depth: paths.depth,
+            cutoff: paths.cutoff,
+            samples,
+            seeds: reference.seeds,
+            rays,
+            small_pixels: small.pixels,
+            small_samples: small.samples,
+            error: reference.error(),
+            sought,
+            hidden: paths.hidden,
+            precision: self.settings.precision.name().into(),
+        };
+        Ok(Some(Truth { reference, record }))
+    }
+
+    /// Replaces the pixels of `renders` that may hold something small by ones with more samples, if the rays suffice for
+    /// more; `None` if cancelled. `each` is the number of rays for one sample of every pixel.
+    fn refine(
+        &mut self,
+        paths: Paths,
+        samples: u32,
+        each: f64,
+        renders: &mut [Pixels],
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Small>, RenderError> {
+        let Settings { width, height, .. } = self.settings;
+        let pixels = small::pixels(self.scene, width, height);
+        let share = pixels.len() as f64 / (f64::from(width) * f64::from(height));
+        let most = SMALL_RAYS * self.most_rays / (each * share * renders.len() as f64);
+        let more = most.min(f64::from(MOST_SMALL)).max(1.0).log2().floor().exp2() as u32;
+        if pixels.is_empty() || more <= samples {
+            return Ok(Some(Small::default()));
+        }
+        let mut small = Small { pixels: pixels.len() as u64, samples: more, rays: 0 };
+        for (k, render) in (0..).zip(renders) {
+            let Paths { depth, cutoff, .. } = paths;
+            let seed = seeds::truth(SMALL_SEED + k);
+            let settings = Settings { depth, cutoff, seed, ..self.settings.clone() };
+            let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
+            let traced = survey.trace(&pixels, 0..more, observer)?;
+            if traced.marks.len() < pixels.len() || observer.cancelled() {
+                return Ok(None);
+            }
+            for (at, sum) in pixels.iter().zip(&traced.sums) {
+                render[*at as usize] = sum.map(|c| (c / f64::from(more)) as f32);
+            }
+            small.rays += survey.report().rays.total();
+        }
+        Ok(Some(small))
+    }
+
+    /// Adds a render for each seed; the rays of all, or `None` if cancelled.
+    fn seeds(
+        &mut self,
+        paths: Paths,
+        samples: u32,
+        range: std::ops::Range<u32>,
+        renders: &mut Vec<Pixels>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<u64>, RenderError> {
+        let mut rays = 0;
+        for k in range {
+            let Some((linear, part)) = self.render(paths, samples, seeds::truth(k), observer)? else {
+                return Ok(None);
+            };
+            renders.push(linear);
+            rays += part;
+        }
+        Ok(Some(rays))
+    }
+}
