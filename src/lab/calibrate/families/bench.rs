@@ -39,8 +39,12 @@ impl Bench<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<(BoundedImage, f64)>, RenderError> {
         let fixed = target == Target::Settings;
-        let request =
-            Request { target, confidence: self.confidence, keep_depth: fixed, keep_precision: fixed };
+        let request = Request {
+            confidence: self.confidence,
+            keep_depth: fixed,
+            keep_precision: fixed,
+            ..Request::to(target)
+        };
         let from = Instant::now();
         let image = self.renderer.render_bounded_with(self.scene, settings, &request, observer)?;
         let wall = from.elapsed().as_secs_f64();

@@ -9,7 +9,7 @@ use crate::units;
 use html::{escaped, paragraph};
 
 /// The style of the sweep's page.
-const STYLE: &str = include_str!("../../../sweep/page/page.css");
+const STYLE: &str = include_str!("../../../page/page.css");
 
 const SCATTER: &str = "Each dot is one render: its true error, and the bound that it stated. A dot below the line is a bound \
                        that did not hold; far above it, one that is wider than necessary.";
