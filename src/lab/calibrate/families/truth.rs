@@ -15,6 +15,8 @@ const LEAST_SEEDS: u32 = 4;
 const MOST_SEEDS: u32 = 32;
 /// Samples per pixel of the first renders.
 const FIRST_SAMPLES: u32 = 16;
+/// Samples per pixel of one render, at least, if the rays suffice.
+const LEAST_SAMPLES: u32 = 64;
 /// Samples per pixel of one render, at most.
 const MOST_SAMPLES: u32 = 1 << 14;
 /// Error falls with the samples to the power of -3/4 at edges (Mitchell, SIGGRAPH 1996).
@@ -153,21 +155,25 @@ impl<'a> Tracer<'a> {
     ) -> Result<Option<Truth>, RenderError> {
         let sought = sought.max(LEAST_ERROR);
         let mut samples = FIRST_SAMPLES;
-        let (mut renders, mut rays): (Vec<Pixels>, u64) = (Vec::new(), 0);
+        let mut renders: Vec<Pixels> = Vec::new();
+        let mut rays;
         let mut reference = loop {
             let Some(part) = self.seeds(paths, samples, 0..LEAST_SEEDS, &mut renders, observer)? else {
                 return Ok(None);
             };
-            rays += part;
+            // Renders that are thrown away count no more: they cost half as much again at most.
+            rays = part;
             let reference = Reference::of(&renders, paths.hidden);
             // Longer sequences rather than more of them: they fall faster than with the root.
             let wanted = f64::from(samples) * (reference.error() / sought).powf(1.0 / SLOPE);
             let each = part as f64 / f64::from(samples);
-            let affordable = (self.most_rays - rays as f64) / each;
+            let affordable = self.most_rays / each;
             let next = wanted.max(2.0 * f64::from(samples)).min(affordable).min(f64::from(MOST_SAMPLES));
             // Whole powers of two, at which the sequence is most even.
             let next = next.max(1.0).log2().floor().exp2() as u32;
-            if reference.error() <= sought || next <= samples {
+            // Few samples may agree because they all missed the same.
+            let enough = reference.error() <= sought && samples >= LEAST_SAMPLES;
+            if enough || next <= samples {
                 break reference;
             }
             samples = next;
