@@ -239,8 +239,10 @@ impl<'a> Tracer<'a> {
             if traced.marks.len() < pixels.len() || observer.cancelled() {
                 return Ok(None);
             }
-            for (at, sum) in pixels.iter().zip(&traced.sums) {
-                render[*at as usize] = sum.map(|c| (c / f64::from(more)) as f32);
+            let sets = traced.sums.len() / pixels.len();
+            for (at, sums) in pixels.iter().zip(traced.sums.chunks(sets)) {
+                let sum = |c: usize| sums.iter().map(|sum| sum[c]).sum::<f64>();
+                render[*at as usize] = std::array::from_fn(|c| (sum(c) / f64::from(more)) as f32);
             }
             small.rays += survey.report().rays.total();
         }
