@@ -14,8 +14,8 @@
 use super::pixel_order;
 use super::pixel_sums::PixelSums;
 use super::sampling::{Noise, SamplingBound, joined};
-use super::unseen::{Cap, Caps, Unseen};
-use crate::render::samples::{Source, Traced, sets};
+use super::unseen::{Cap, Caps, Known, Unseen};
+use crate::render::samples::{Source, Traced};
 use crate::settings::sampler::pcg4d;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -27,6 +27,12 @@ const LEAST_CLASS: usize = 64;
 /// What doubling leaves of a class's squared error, before it was seen to: between 1/2 (random) and 2^-1.5
 /// (stratified, edges; Mitchell, SIGGRAPH 1996).
 const DOUBLED: f64 = 0.42;
+
+/// Fewest samples of every pixel: their difference is all that is known of its error.
+const LEAST_PILOT: u32 = 2;
+
+/// Share of the squared target that may be unseen after the pilot.
+const PILOT_UNSEEN: f64 = 0.5;
 
 /// A class joins a step that another leads if it gains at least this much as much per ray: the leader's own
 /// next doubling would gain `DOUBLED / 2`.
@@ -48,14 +54,15 @@ pub struct Goal {
 }
 
 impl Goal {
-    /// A goal whose pilot leaves at most half of the target to what no sample met in pixels of at most white; `most`
-    /// permitting.
-    pub fn for_target(target: f64, confidence: f64, pixels: usize, replicates: usize, most: u32) -> Goal {
-        let mut pilot = sets(replicates) as u32;
-        let allowed = 0.5 * target * target * pixels as f64;
+    /// A goal whose pilot leaves at most `PILOT_UNSEEN` of the target to what no sample met in pixels that hold nothing
+    /// brighter than white; `most` permitting.
+    pub fn for_target(target: f64, confidence: f64, pixels: usize, caps: &Caps, most: u32) -> Goal {
+        let mut pilot = LEAST_PILOT;
+        let allowed = PILOT_UNSEEN * target * target * pixels as f64;
+        let base = Cap { radiance: caps.base(), ..Cap::WHITE };
         let unseen = |samples| {
             let mut one = Unseen::default();
-            one.add(samples, Cap::WHITE, false);
+            one.add(samples, base, Known::NOTHING);
             one.squares(confidence)
         };
         while pilot <= most / 2 && unseen(pilot) > allowed {
@@ -127,6 +134,8 @@ pub struct Allocation {
     piloted: usize,
     /// What is left of a step that was cut short.
     open: Option<Step>,
+    /// Greatest radiance seen by the pilot.
+    brightest: f32,
     /// What each pixel may hold unseen.
     #[serde(skip)]
     caps: Caps,
@@ -147,7 +156,17 @@ impl Allocation {
     /// Nothing traced yet.
     pub fn new(width: u32, height: u32, replicates: usize, goal: Goal, caps: Caps) -> Allocation {
         let gathered = PixelSums::new(width, height, replicates);
-        Allocation { height, goal, gathered, classes: Vec::new(), round: 0, piloted: 0, open: None, caps }
+        Allocation {
+            height,
+            goal,
+            gathered,
+            classes: Vec::new(),
+            round: 0,
+            piloted: 0,
+            open: None,
+            brightest: 1.0,
+            caps,
+        }
     }
 
     /// What is asked for.
@@ -334,7 +353,8 @@ impl Allocation {
         class.unseen = parts.map(|pixels| {
             let mut unseen = Unseen::default();
             for p in pixels.iter().map(|p| *p as usize) {
-                unseen.add(self.gathered.samples[p], self.caps.of(p), self.gathered.is_white(p));
+                let known = self.gathered.known_of(p, self.brightest);
+                unseen.add(self.gathered.samples[p], self.caps.of(p), known);
             }
             unseen
         });
@@ -415,13 +435,16 @@ impl Allocation {
 
     /// Sorts the pixels into classes by their neighbours.
     fn classify(&mut self) {
+        self.gathered.fix_quiet();
+        self.brightest = self.gathered.brightest();
         let noise: Vec<f64> =
             (0..self.gathered.samples.len()).map(|p| self.gathered.noise_of(p).squares).collect();
         let image: Vec<[f64; 3]> = (0..noise.len()).map(|p| self.gathered.mean(p)).collect();
         let mut groups: BTreeMap<(bool, u8, i32), Vec<u32>> = BTreeMap::new();
         for p in 0..self.gathered.samples.len() as u32 {
             let (kind, level) = self.look_around(p, &noise, &image);
-            let bright = self.caps.of(p as usize).radiance > 1.0;
+            let cap = self.caps.of(p as usize).given(self.gathered.known_of(p as usize, self.brightest));
+            let bright = cap.radiance > 1.0;
             groups.entry((bright, kind, level)).or_default().push(p);
         }
         // Small groups join the next, the last the one before it.

@@ -61,6 +61,7 @@ pub fn budget(
     confidence: f64,
 ) -> ErrorInfo {
     let unseen = image.unseen(caps).squares(confidence);
+    let not_excluded = image.not_excluded(caps).squares(confidence);
     let sampling = image.noise().bound(image.replicates, confidence, unseen);
     let truncation = image.truncation(limit);
     ErrorInfo {
@@ -75,6 +76,8 @@ pub fn budget(
             + rounding.map_or(0.0, |(part, _)| part)
             + encoding.unwrap_or(0.0),
         unseen: sampling.unseen,
+        not_excluded: (not_excluded > unseen)
+            .then(|| (not_excluded / image.samples.len().max(1) as f64).sqrt()),
         encoding,
         void: None,
         truncation_unbounded_why: truncation.unbounded,

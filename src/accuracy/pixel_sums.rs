@@ -5,7 +5,7 @@ use super::pixel_interval;
 use super::radiance_bound::RadianceLimit;
 use super::sampling::Noise;
 use super::truncation::{self, TruncationBound};
-use super::unseen::{Caps, Unseen};
+use super::unseen::{Caps, Known, Unseen};
 use crate::render::samples::{Mark, Traced, quarters, sets};
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,10 @@ pub struct PixelSums {
     pub sums: Vec<[f64; 3]>,
     /// What the samples did.
     pub marks: Vec<Mark>,
+    /// Which pixels were quiet when [`PixelSums::fix_quiet`] was called; empty before.
+    quiet: Vec<bool>,
+    /// The brightest that was seen then.
+    brightest: f32,
 }
 
 impl PixelSums {
@@ -34,6 +38,8 @@ impl PixelSums {
             samples: vec![0; pixels],
             sums: vec![[0.0; 3]; pixels * sets(replicates)],
             marks: vec![Mark::default(); pixels],
+            quiet: Vec::new(),
+            brightest: 1.0,
         }
     }
 
@@ -67,6 +73,9 @@ impl PixelSums {
         for m in &self.marks {
             [m.hash_least, m.hash_most, m.rays, m.depth].into_iter().for_each(&mut word);
         }
+        word(self.quiet.len() as u32);
+        self.quiet.iter().for_each(|q| word(u32::from(*q)));
+        word(self.brightest.to_bits());
         let cuts = self.marks.iter().map(|m| &m.cut);
         self.sums.as_flattened().iter().chain(cuts).for_each(|x| to.extend(x.to_le_bytes()));
     }
@@ -85,6 +94,14 @@ impl PixelSums {
             Some(Mark { hash_least, hash_most, rays, depth, cut: 0.0 })
         };
         let mut marks = (0..pixels).map(|_| mark()).collect::<Option<Vec<Mark>>>()?;
+        let mut word = || {
+            let (n, rest) = from.split_first_chunk()?;
+            *from = rest;
+            Some(u32::from_le_bytes(*n))
+        };
+        let fixed = word().filter(|n| *n == 0 || *n as usize == pixels)?;
+        let quiet = (0..fixed).map(|_| word().map(|q| q != 0)).collect::<Option<_>>()?;
+        let brightest = f32::from_bits(word()?);
         let mut number = || {
             let (x, rest) = from.split_first_chunk()?;
             *from = rest;
@@ -95,7 +112,7 @@ impl PixelSums {
         for m in &mut marks {
             m.cut = number()?;
         }
-        Some(PixelSums { width, replicates, samples, sums, marks })
+        Some(PixelSums { width, replicates, samples, sums, marks, quiet, brightest })
     }
 
     /// Sums of the sets of pixel `at`.
@@ -126,11 +143,59 @@ impl PixelSums {
         sets.into_iter().all(|(sum, count)| sum.iter().all(|channel| *channel >= f64::from(count)))
     }
 
+    /// Greatest radiance that a set of samples saw, at least 1; as it was when that was fixed.
+    pub fn brightest(&self) -> f32 {
+        if !self.quiet.is_empty() {
+            return self.brightest;
+        }
+        let of = |at: usize| {
+            let sets = self.sums_of(at).iter().zip(self.counts_of(at)).filter(|(_, count)| *count > 0);
+            sets.flat_map(|(sum, count)| sum.map(|c| c / f64::from(count))).fold(1.0, f64::max)
+        };
+        (0..self.samples.len()).map(of).fold(1.0, f64::max) as f32
+    }
+
+    /// Decides now which pixels are quiet: later samples find more paths, but pixels are not sampled anew for that.
+    pub fn fix_quiet(&mut self) {
+        self.quiet.clear();
+        self.brightest = self.brightest();
+        self.quiet = (0..self.samples.len()).map(|at| self.is_quiet(at)).collect();
+    }
+
+    /// True if all samples of pixel `at` and its neighbours took one path.
+    fn is_quiet(&self, at: usize) -> bool {
+        if let Some(quiet) = self.quiet.get(at) {
+            return *quiet;
+        }
+        let (width, height) = (self.width as usize, self.samples.len() / self.width.max(1) as usize);
+        let (x, y) = (at % width, at / width);
+        let columns = x.saturating_sub(1)..(x + 2).min(width);
+        let mut window = (y.saturating_sub(1)..(y + 2).min(height))
+            .flat_map(|v| columns.clone().map(move |u| v * width + u));
+        let path = self.marks[at].hash_least;
+        window.all(|q| (self.marks[q].hash_least, self.marks[q].hash_most) == (path, path))
+    }
+
+    /// What pixel `at` and its neighbours tell of what else it may hold; `brightest` as of the image.
+    pub fn known_of(&self, at: usize, brightest: f32) -> Known {
+        Known { white: self.is_white(at), quiet: self.is_quiet(at), brightest }
+    }
+
     /// What the pixels may hold unseen; those without samples hold nothing.
     pub fn unseen(&self, caps: &Caps) -> Unseen {
+        let brightest = self.brightest();
+        self.unseen_by(caps, |at| self.known_of(at, brightest))
+    }
+
+    /// The same without any assumption on what is not in the caps.
+    pub fn not_excluded(&self, caps: &Caps) -> Unseen {
+        self.unseen_by(caps, |at| Known { white: self.is_white(at), ..Known::NOTHING })
+    }
+
+    fn unseen_by(&self, caps: &Caps, known: impl Fn(usize) -> Known) -> Unseen {
         let mut unseen = Unseen::default();
         for at in (0..self.samples.len()).filter(|at| self.samples[*at] > 0) {
-            unseen.add(self.samples[at], caps.of(at), self.is_white(at));
+            unseen.add(self.samples[at], caps.of(at), known(at));
         }
         unseen
     }

@@ -8,8 +8,8 @@
 //! ray meets is not known beforehand. Nor is a surface between a light and another taken into account.
 
 use crate::prepare::local_frame::{LocalFrame, times_power_of_two};
-use crate::scene::Scene;
 use crate::scene::bounds::Bounds;
+use crate::scene::{Light, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -34,16 +34,37 @@ pub struct Surface {
     pub bounds: Bounds,
     /// Index into the scene's materials.
     pub material: usize,
+    /// Least distance from each light.
+    pub nearest: Vec<f64>,
 }
 
-/// Boxes around all surfaces of the scene.
+/// All surfaces of the scene, triangles in bunches.
 pub fn surfaces(scene: &Scene) -> Vec<Surface> {
-    let balls = scene
-        .spheres
-        .iter()
-        .map(|s| Surface { bounds: Bounds::of_sphere(s.center, s.radius), material: s.material });
-    let parts = bunches(scene).into_iter().map(|b| Surface { bounds: b.bounds, material: b.material });
-    balls.chain(parts).collect()
+    let balls = scene.spheres.iter().map(|s| Surface {
+        bounds: Bounds::of_sphere(s.center, s.radius),
+        material: s.material,
+        nearest: scene.lights.iter().map(|l| (s.center.distance(l.position) - s.radius).abs()).collect(),
+    });
+    let part = |b: Bunch| {
+        let shown = scene.materials[b.material].diffuse;
+        let nearest = |l: &Light| {
+            // Far lights are not worth the distance of each triangle.
+            let box_distance =
+                (b.bounds.lo - l.position).max(l.position - b.bounds.hi).max(DVec3::ZERO).length();
+            let most = (shown * l.intensity).max_element() / (box_distance * box_distance);
+            if most * scene.lights.len() as f64 <= 0.1 {
+                return box_distance;
+            }
+            b.triangles.iter().map(|t| triangle_distance(t, l.position)).fold(f64::INFINITY, f64::min)
+        };
+        Surface {
+            bounds: b.bounds,
+            material: b.material,
+            nearest: scene.lights.iter().map(nearest).collect(),
+        }
+    };
+    let bunches: Vec<Surface> = bunches(scene).into_par_iter().map(part).collect();
+    balls.chain(bunches).collect()
 }
 
 /// Consecutive triangles of one object and material.

@@ -10,6 +10,12 @@
 //! that could be missed up to u_p* within c are taken by the greatest f/cost first, the last of them in part (the
 //! concave envelope: an upper bound). Of the others the sum is convex, so all that is left goes to one of them.
 //! Envelope and convex part together are greatest where a class of pixels is exhausted.
+//!
+//! Mirrors and glass may show the brightest of the scene in any size: no bound on what they hide would be worth
+//! stating. What they hide is taken to be no brighter than the greatest radiance that some set of samples of the image
+//! saw. And where all samples of a pixel and its neighbours took one path, neither they nor a bright surface larger
+//! than the pixel are taken to be in it: their edges would be in the neighbours too. Calibration tests both
+//! assumptions; how much could be hidden without them is stated beside the bound.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -24,11 +30,26 @@ pub struct Cap {
     pub radiance: f32,
     /// Greatest share of the pixel, in (0, 1].
     pub area: f32,
+    /// Greatest radiance in mirrors and glass there; 0 if there are none.
+    pub mirrored: f32,
 }
 
 impl Cap {
     /// Anything up to white, anywhere.
-    pub const WHITE: Cap = Cap { radiance: 1.0, area: 1.0 };
+    pub const WHITE: Cap = Cap { radiance: 1.0, area: 1.0, mirrored: 0.0 };
+
+    /// The cap under what is known of the pixel.
+    pub fn given(self, known: Known) -> Cap {
+        let dim = |x: f32| x.min(1.0);
+        let mirrored = if known.quiet { 0.0 } else { self.mirrored.min(known.brightest) };
+        match known {
+            Known { white: true, .. } => Cap { radiance: dim(self.radiance), area: 1.0, ..self },
+            // What is larger than a pixel shows in the neighbours too.
+            Known { quiet: true, .. } if self.area >= 1.0 => Cap { radiance: dim(self.radiance), ..self },
+            _ if mirrored > self.radiance.max(1.0) => Cap { radiance: mirrored, area: 1.0, ..self },
+            _ => self,
+        }
+    }
 
     /// Squared error of the pixel where `u` = -ln(1 - a) of it was missed.
     fn lost(&self, u: f64) -> f64 {
@@ -42,6 +63,23 @@ impl Cap {
         let at_area = -(-f64::from(self.area)).ln_1p();
         PEAK.min(at_white).min(at_area)
     }
+}
+
+/// What the samples of a pixel and its neighbours tell of what else it may hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// All its samples are white or brighter: whatever brighter is in it, it is shown as white.
+    pub white: bool,
+    /// All samples of it and of its neighbours took one path: bright surfaces, mirrors and glass that reach beyond the
+    /// pixel would show in them.
+    pub quiet: bool,
+    /// Mirrors and glass show no more than this.
+    pub brightest: f32,
+}
+
+impl Known {
+    /// Nothing.
+    pub const NOTHING: Known = Known { white: false, quiet: false, brightest: f32::INFINITY };
 }
 
 /// The caps of an image's pixels, rows from the top.
@@ -64,19 +102,23 @@ impl Caps {
         Caps { list: vec![cap], of: Vec::new() }
     }
 
-    /// Of each pixel; areas are rounded up to a power of two, so that few differ.
+    /// Of each pixel; areas are rounded up to a power of two and radiances to a quarter of one, so that few differ.
     pub fn new(pixels: impl Iterator<Item = Cap>) -> Caps {
-        let mut index: BTreeMap<(u32, u32), u16> = BTreeMap::new();
+        let mut index: BTreeMap<[u32; 3], u16> = BTreeMap::new();
         let mut list = Vec::new();
+        let up = |x: f32, steps: f32| if x > 1.0 { f32::exp2((x.log2() * steps).ceil() / steps) } else { x };
         let of = pixels
             .map(|cap| {
-                let area = f32::exp2(cap.area.max(f32::MIN_POSITIVE).log2().ceil()).min(1.0);
-                let mut cap = Cap { area, ..cap };
+                let mut cap = Cap {
+                    area: f32::exp2(cap.area.max(f32::MIN_POSITIVE).log2().ceil()).min(1.0),
+                    radiance: up(cap.radiance, 4.0),
+                    mirrored: up(cap.mirrored, 4.0),
+                };
                 if list.len() >= usize::from(u16::MAX) {
                     // More than any image has; the worst of all is safe.
-                    cap = Cap { radiance: f32::INFINITY, area: 1.0 };
+                    cap = Cap { radiance: f32::INFINITY, area: 1.0, mirrored: f32::INFINITY };
                 }
-                *index.entry((cap.radiance.to_bits(), cap.area.to_bits())).or_insert_with(|| {
+                *index.entry([cap.radiance, cap.area, cap.mirrored].map(f32::to_bits)).or_insert_with(|| {
                     list.push(cap);
                     (list.len() - 1) as u16
                 })
@@ -85,14 +127,14 @@ impl Caps {
         Caps { list, of }
     }
 
+    /// Greatest radiance of pixels that hold nothing brighter than white.
+    pub fn base(&self) -> f32 {
+        self.list.iter().map(|cap| cap.radiance.min(1.0)).fold(0.0, f32::max)
+    }
+
     /// Of pixel `at`.
     pub fn of(&self, at: usize) -> Cap {
         self.list[self.of.get(at).map_or(0, |i| usize::from(*i))]
-    }
-
-    /// Number of the cap of pixel `at`, for grouping.
-    pub fn group(&self, at: usize) -> u16 {
-        self.of.get(at).copied().unwrap_or(0)
     }
 }
 
@@ -121,15 +163,16 @@ mod pairs {
 }
 
 impl Unseen {
-    /// Adds a pixel of `samples` samples. `white`: it is shown as white, whatever brighter is in it. What is brighter
-    /// and smaller than the pixel has a white pixel around it.
-    pub fn add(&mut self, samples: u32, cap: Cap, white: bool) {
+    /// Adds a pixel of `samples` samples. What is brighter than white and smaller than the pixel has a white pixel
+    /// around it.
+    pub fn add(&mut self, samples: u32, cap: Cap, known: Known) {
+        let cap = cap.given(known);
         let mut add = |cap: Cap| {
             *self.pixels.entry((samples, cap.radiance.to_bits(), cap.area.to_bits())).or_default() += 1;
         };
-        let bright = cap.radiance > 1.0 && !white;
+        let bright = cap.radiance > 1.0;
         if !bright || cap.area < 1.0 {
-            add(Cap { radiance: cap.radiance.min(1.0), area: 1.0 });
+            add(Cap { radiance: cap.radiance.min(1.0), area: 1.0, ..cap });
         }
         if bright {
             add(cap);
@@ -161,7 +204,7 @@ impl Unseen {
         let all = -(-confidence).ln_1p();
         let (mut whole, mut rest) = (Vec::new(), Vec::new());
         for (&(samples, radiance, area), &count) in &self.pixels {
-            let cap = Cap { radiance: f32::from_bits(radiance), area: f32::from_bits(area) };
+            let cap = Cap { radiance: f32::from_bits(radiance), area: f32::from_bits(area), mirrored: 0.0 };
             let (n, peak) = (f64::from(samples), cap.peak());
             let (cost, gain) = (n * peak, cap.lost(peak));
             if cost <= all && cost > 0.0 {
@@ -191,7 +234,7 @@ mod tests {
     fn of(pixels: &[(u32, Cap, u64)]) -> Unseen {
         let mut unseen = Unseen::default();
         for (samples, cap, count) in pixels {
-            (0..*count).for_each(|_| unseen.add(*samples, *cap, false));
+            (0..*count).for_each(|_| unseen.add(*samples, *cap, Known::NOTHING));
         }
         unseen
     }
@@ -213,7 +256,7 @@ mod tests {
     /// The defect that this mends: a dot of 3 % of a pixel and radiance 30 errs by 0.9, not by 0.03.
     #[test]
     fn bright_things_weigh_what_they_shine() {
-        let bright = Cap { radiance: 30.0, area: 1.0 };
+        let bright = Cap { radiance: 30.0, area: 1.0, mirrored: 0.0 };
         let squares = of(&[(16, bright, 1000)]).squares(0.95);
         // By hand: each pixel lost for a = 1/30 at a cost of -16 ln(1 - 1/30), of 3.0 in all.
         let by_hand = -0.05f64.ln() / (16.0 * -(-1.0f64 / 30.0).ln_1p());
@@ -223,13 +266,13 @@ mod tests {
         let one = of(&[(16, bright, 1), (16, Cap::WHITE, 1000)]).squares(0.95);
         assert!(one > 1.0 && one < 1.03, "{one}");
         // Known to be no larger than 1e-3 of the pixel, it errs by 0.03.
-        let small = Cap { radiance: 30.0, area: 1e-3 };
+        let small = Cap { radiance: 30.0, area: 1e-3, mirrored: 0.0 };
         let around = of(&[(16, Cap::WHITE, 1)]).squares(0.95);
         let squares = of(&[(16, small, 1)]).squares(0.95) - around;
         assert!(squares > 5e-4 && squares < 9.1e-4, "{squares}");
         // Shown as white already.
         let mut white = Unseen::default();
-        white.add(16, bright, true);
+        white.add(16, bright, Known { white: true, ..Known::NOTHING });
         assert!(white.squares(0.95) < 0.03);
     }
 
@@ -237,9 +280,9 @@ mod tests {
     #[test]
     fn no_division_of_the_risk_is_worse() {
         let caps = [
-            Cap { radiance: 5.0, area: 1.0 },
-            Cap { radiance: 0.5, area: 1.0 },
-            Cap { radiance: 40.0, area: 1.0 },
+            Cap { radiance: 5.0, area: 1.0, mirrored: 0.0 },
+            Cap { radiance: 0.5, area: 1.0, mirrored: 0.0 },
+            Cap { radiance: 40.0, area: 1.0, mirrored: 0.0 },
         ];
         for n in [2u32, 8, 32] {
             let total = -0.05f64.ln() / f64::from(n);
@@ -256,9 +299,43 @@ mod tests {
         }
     }
 
+    /// What is larger than a pixel is not hidden in a quiet one; what is smaller may be.
+    #[test]
+    fn quiet_pixels_hide_small_things_only() {
+        let quiet = Known { quiet: true, ..Known::NOTHING };
+        let squares = |cap, known| {
+            let mut unseen = Unseen::default();
+            unseen.add(8, cap, known);
+            unseen.squares(0.95)
+        };
+        let white = squares(Cap::WHITE, Known::NOTHING);
+        let large = Cap { radiance: 40.0, area: 1.0, mirrored: 40.0 };
+        assert_eq!(squares(large, quiet), white);
+        assert!(squares(large, Known::NOTHING) > 5.0 * white);
+        let small = Cap { radiance: 40.0, area: 0.05, mirrored: 0.0 };
+        assert!(squares(small, quiet) > 5.0 * white);
+    }
+
+    /// What mirrors may show counts up to what was seen.
+    #[test]
+    fn mirrors_hide_what_was_seen_elsewhere() {
+        let mirror = Cap { mirrored: 50.0, ..Cap::WHITE };
+        let squares = |seen| {
+            let mut unseen = Unseen::default();
+            (0..100).for_each(|_| unseen.add(8, mirror, Known { brightest: seen, ..Known::NOTHING }));
+            unseen.squares(0.95)
+        };
+        assert_eq!(squares(0.5), of(&[(8, Cap::WHITE, 100)]).squares(0.95));
+        assert!(squares(4.0) > squares(1.0) && squares(f32::INFINITY) > squares(4.0));
+        assert_eq!(
+            squares(f32::INFINITY),
+            of(&[(8, Cap { radiance: 50.0, ..Cap::WHITE }, 100)]).squares(0.95)
+        );
+    }
+
     #[test]
     fn dark_scenes_hide_little() {
-        let dark = Cap { radiance: 0.1, area: 1.0 };
+        let dark = Cap { radiance: 0.1, area: 1.0, mirrored: 0.0 };
         let ratio = of(&[(4, dark, 9)]).squares(0.95) / of(&[(4, Cap::WHITE, 9)]).squares(0.95);
         assert!((ratio - 0.01).abs() < 1e-6, "{ratio}");
     }

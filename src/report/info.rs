@@ -225,6 +225,11 @@ pub struct ErrorInfo {
     /// Part of `sampling`: what no sample met can contribute.
     #[serde(default)]
     pub unseen: f64,
+    /// What could be hidden in parts of pixels that no sample met if mirrors, glass and bright surfaces showed the
+    /// scene's brightest light there, without a trace in neighbouring pixels; not part of `total`; null if that is no
+    /// more than `unseen`.
+    #[serde(default)]
+    pub not_excluded: Option<f64>,
     /// Reason that nothing of this can be relied on: rays that were not finite or were lost.
     #[serde(default)]
     pub void: Option<String>,

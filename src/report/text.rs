@@ -59,6 +59,12 @@ pub fn error(report: &Report) -> Vec<String> {
     if let Some(part) = e.encoding {
         lines.push(format!("  encoding   {} (steps of the file's codes)", figure(part)));
     }
+    if let Some(part) = e.not_excluded {
+        lines.push(format!(
+            "  not excluded: {} if the scene's brightest light shows in parts of pixels between the samples",
+            figure(part)
+        ));
+    }
     if let Some(why) = &e.void {
         lines = vec![format!("no error bound: {why}")];
     }

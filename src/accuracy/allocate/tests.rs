@@ -57,7 +57,7 @@ fn rmse2(allocation: &Allocation, picture: &Picture) -> f64 {
 /// One run to the target: true error over target, samples.
 fn promise(picture: &Picture, target: f64, seed: u32) -> (f64, f64) {
     let (side, replicates) = (picture.side, 1);
-    let goal = Goal::for_target(target, CONFIDENCE, (side * side) as usize, replicates, 1 << 16);
+    let goal = Goal::for_target(target, CONFIDENCE, (side * side) as usize, &Caps::default(), 1 << 16);
     let mut allocation = Allocation::new(side, side, replicates, goal, Caps::default());
     let mut source = Painter { picture, points: Points::Owen, replicates: 1, seed, traced: 0 };
     let Ok(outcome) = run(&mut allocation, &mut source, |_| true);
@@ -259,7 +259,7 @@ fn one_pixel_and_a_flat_image_end() {
         let picture = Picture::new(side, [0.5, 0.0, 0.0], Vec::new());
         let mut source =
             Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
-        let goal = Goal::for_target(1e-6, CONFIDENCE, (side * side) as usize, 4, 256);
+        let goal = Goal::for_target(1e-6, CONFIDENCE, (side * side) as usize, &Caps::default(), 256);
         let mut allocation = Allocation::new(side, side, 1, goal, Caps::default());
         let Ok(outcome) = run(&mut allocation, &mut source, |_| true);
         // What no sample met alone keeps the bound above such a target.

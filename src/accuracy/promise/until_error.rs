@@ -133,7 +133,7 @@ impl Task<'_> {
         let region = Region::of(&self.settings);
         let confidence = self.request.confidence;
         let pixels = region.pixels() as usize;
-        let goal = Goal::for_target(target, confidence, pixels, 1, MOST_SAMPLES);
+        let goal = Goal::for_target(target, confidence, pixels, &self.caps, MOST_SAMPLES);
         Allocation::new(region.width, region.height, 1, goal, self.caps.clone())
     }
 
