@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Depths that are tried, in this order.
-const LADDER: [u32; 14] = [1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 24, 32, 48, DEEPEST];
+const LADDER: [u32; 20] = [1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 24, 32, 48, 64, 96, 144, 216, 324, 512, DEEPEST];
 /// Rungs that a ladder climbs beyond the first that hides nothing in the pixels looked at: the others may hide
 /// something yet, and empty depths cost next to nothing.
 const MARGIN: usize = 3;
+/// Depths beyond one and a half times that of the longest path in the pixels looked at.
+const ROOM: u32 = 4;
 /// Pixels that are looked at.
 pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
@@ -94,12 +96,14 @@ pub(super) fn look(
     }
     let rays: u64 = seen.marks.iter().map(|m| u64::from(m.rays)).sum();
     let noise = seen.noise();
+    // Depths that no path reaches are dispatched all the same. What is cut there after all is counted.
+    let deepest = seen.marks.iter().map(|m| m.depth).max().unwrap_or(depth);
     Ok(Some(TruncationChoice {
-        depth,
+        depth: depth.min(deepest + deepest / 2 + ROOM),
         cutoff,
         hidden: seen.truncation(limit).rms,
         rays: rays as f64 / f64::from((count * LOOK_SAMPLES).max(1)),
-        noise: (noise.squares / f64::from(count.max(1))).sqrt(),
+        noise: (noise.variance() / f64::from(count.max(1))).sqrt(),
     }))
 }
 

@@ -55,7 +55,8 @@ impl Task<'_> {
                 break;
             }
             survey.cut_at(cut.depth, cut.cutoff);
-            let last = cut.depth >= DEEPEST;
+            // No deeper cut is left, or none hides less.
+            let last = cut.depth >= DEEPEST || cut.hidden >= chosen.cut.hidden;
             chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
         }
         let capped = chosen.allocation.outcome() == Outcome::Capped;
