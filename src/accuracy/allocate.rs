@@ -134,8 +134,6 @@ pub struct Allocation {
     piloted: usize,
     /// What is left of a step that was cut short.
     open: Option<Step>,
-    /// Greatest radiance seen by the pilot.
-    brightest: f32,
     /// What each pixel may hold unseen.
     #[serde(skip)]
     caps: Caps,
@@ -156,17 +154,7 @@ impl Allocation {
     /// Nothing traced yet.
     pub fn new(width: u32, height: u32, replicates: usize, goal: Goal, caps: Caps) -> Allocation {
         let gathered = PixelSums::new(width, height, replicates);
-        Allocation {
-            height,
-            goal,
-            gathered,
-            classes: Vec::new(),
-            round: 0,
-            piloted: 0,
-            open: None,
-            brightest: 1.0,
-            caps,
-        }
+        Allocation { height, goal, gathered, classes: Vec::new(), round: 0, piloted: 0, open: None, caps }
     }
 
     /// What is asked for.
@@ -353,7 +341,7 @@ impl Allocation {
         class.unseen = parts.map(|pixels| {
             let mut unseen = Unseen::default();
             for p in pixels.iter().map(|p| *p as usize) {
-                let known = self.gathered.known_of(p, self.brightest);
+                let known = self.gathered.known_of(p);
                 unseen.add(self.gathered.samples[p], self.caps.of(p), known);
             }
             unseen
@@ -435,15 +423,14 @@ impl Allocation {
 
     /// Sorts the pixels into classes by their neighbours.
     fn classify(&mut self) {
-        self.gathered.fix_quiet();
-        self.brightest = self.gathered.brightest();
+        self.gathered.fix_brightest();
         let noise: Vec<f64> =
             (0..self.gathered.samples.len()).map(|p| self.gathered.noise_of(p).squares).collect();
         let image: Vec<[f64; 3]> = (0..noise.len()).map(|p| self.gathered.mean(p)).collect();
         let mut groups: BTreeMap<(bool, u8, i32), Vec<u32>> = BTreeMap::new();
         for p in 0..self.gathered.samples.len() as u32 {
             let (kind, level) = self.look_around(p, &noise, &image);
-            let cap = self.caps.of(p as usize).given(self.gathered.known_of(p as usize, self.brightest));
+            let cap = self.caps.of(p as usize).given(self.gathered.known_of(p as usize));
             let bright = cap.radiance > 1.0;
             groups.entry((bright, kind, level)).or_default().push(p);
         }

@@ -9,6 +9,9 @@ use super::unseen::{Caps, Known, Unseen};
 use crate::render::samples::{Mark, Traced, quarters, sets};
 use serde::{Deserialize, Serialize};
 
+/// Pixels to each side in which a bright thing is taken to show.
+const NEAR: usize = 3;
+
 /// The samples of an image so far, pixel by pixel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PixelSums {
@@ -22,10 +25,9 @@ pub struct PixelSums {
     pub sums: Vec<[f64; 3]>,
     /// What the samples did.
     pub marks: Vec<Mark>,
-    /// Which pixels were quiet when [`PixelSums::fix_quiet`] was called; empty before.
-    quiet: Vec<bool>,
-    /// The brightest that was seen then.
-    brightest: f32,
+    /// The brightest that large things are taken to show in each pixel, as it was when
+    /// [`PixelSums::fix_brightest`] was called; empty before.
+    brightest: Vec<f32>,
 }
 
 impl PixelSums {
@@ -38,8 +40,7 @@ impl PixelSums {
             samples: vec![0; pixels],
             sums: vec![[0.0; 3]; pixels * sets(replicates)],
             marks: vec![Mark::default(); pixels],
-            quiet: Vec::new(),
-            brightest: 1.0,
+            brightest: Vec::new(),
         }
     }
 
@@ -73,9 +74,8 @@ impl PixelSums {
         for m in &self.marks {
             [m.hash_least, m.hash_most, m.rays, m.depth].into_iter().for_each(&mut word);
         }
-        word(self.quiet.len() as u32);
-        self.quiet.iter().for_each(|q| word(u32::from(*q)));
-        word(self.brightest.to_bits());
+        word(self.brightest.len() as u32);
+        self.brightest.iter().for_each(|b| word(b.to_bits()));
         let cuts = self.marks.iter().map(|m| &m.cut);
         self.sums.as_flattened().iter().chain(cuts).for_each(|x| to.extend(x.to_le_bytes()));
     }
@@ -100,8 +100,7 @@ impl PixelSums {
             Some(u32::from_le_bytes(*n))
         };
         let fixed = word().filter(|n| *n == 0 || *n as usize == pixels)?;
-        let quiet = (0..fixed).map(|_| word().map(|q| q != 0)).collect::<Option<_>>()?;
-        let brightest = f32::from_bits(word()?);
+        let brightest = (0..fixed).map(|_| word().map(f32::from_bits)).collect::<Option<_>>()?;
         let mut number = || {
             let (x, rest) = from.split_first_chunk()?;
             *from = rest;
@@ -112,7 +111,7 @@ impl PixelSums {
         for m in &mut marks {
             m.cut = number()?;
         }
-        Some(PixelSums { width, replicates, samples, sums, marks, quiet, brightest })
+        Some(PixelSums { width, replicates, samples, sums, marks, brightest })
     }
 
     /// Sums of the sets of pixel `at`.
@@ -143,48 +142,52 @@ impl PixelSums {
         sets.into_iter().all(|(sum, count)| sum.iter().all(|channel| *channel >= f64::from(count)))
     }
 
-    /// Greatest radiance that a set of samples saw, at least 1; as it was when that was fixed.
-    pub fn brightest(&self) -> f32 {
-        if !self.quiet.is_empty() {
-            return self.brightest;
-        }
-        let of = |at: usize| {
-            let sets = self.sums_of(at).iter().zip(self.counts_of(at)).filter(|(_, count)| *count > 0);
-            sets.flat_map(|(sum, count)| sum.map(|c| c / f64::from(count))).fold(1.0, f64::max)
-        };
-        (0..self.samples.len()).map(of).fold(1.0, f64::max) as f32
-    }
-
-    /// Decides now which pixels are quiet: later samples find more paths, but pixels are not sampled anew for that.
-    pub fn fix_quiet(&mut self) {
-        self.quiet.clear();
-        self.brightest = self.brightest();
-        self.quiet = (0..self.samples.len()).map(|at| self.is_quiet(at)).collect();
-    }
-
-    /// True if all samples of pixel `at` and its neighbours took one path.
-    fn is_quiet(&self, at: usize) -> bool {
-        if let Some(quiet) = self.quiet.get(at) {
-            return *quiet;
-        }
+    /// Greatest radiance that a set of samples saw in each pixel or up to `NEAR` from it, at least 1; 1 where all
+    /// samples of the pixel and its neighbours took one path.
+    fn brightest_around(&self) -> Vec<f32> {
         let (width, height) = (self.width as usize, self.samples.len() / self.width.max(1) as usize);
-        let (x, y) = (at % width, at / width);
-        let columns = x.saturating_sub(1)..(x + 2).min(width);
-        let mut window = (y.saturating_sub(1)..(y + 2).min(height))
-            .flat_map(|v| columns.clone().map(move |u| v * width + u));
-        let path = self.marks[at].hash_least;
-        window.all(|q| (self.marks[q].hash_least, self.marks[q].hash_most) == (path, path))
+        let own = |at: usize| {
+            let sets = self.sums_of(at).iter().zip(self.counts_of(at)).filter(|(_, count)| *count > 0);
+            sets.flat_map(|(sum, count)| sum.map(|c| (c / f64::from(count)) as f32)).fold(1.0, f32::max)
+        };
+        let own: Vec<f32> = (0..self.samples.len()).map(own).collect();
+        let near = |middle: usize, end: usize, reach: usize| {
+            middle.saturating_sub(reach)..(middle + reach + 1).min(end)
+        };
+        let row =
+            |at: usize| near(at % width, width, NEAR).map(|x| own[at - at % width + x]).fold(1.0, f32::max);
+        let rows: Vec<f32> = (0..own.len()).map(row).collect();
+        let one_path = |at: usize| {
+            let path = self.marks[at].hash_least;
+            let columns = near(at % width, width, 1);
+            let mut window =
+                near(at / width, height, 1).flat_map(|y| columns.clone().map(move |x| y * width + x));
+            window.all(|q| (self.marks[q].hash_least, self.marks[q].hash_most) == (path, path))
+        };
+        let around = |at: usize| match one_path(at) {
+            true => 1.0,
+            false => near(at / width, height, NEAR).map(|y| rows[y * width + at % width]).fold(1.0, f32::max),
+        };
+        (0..own.len()).map(around).collect()
     }
 
-    /// What pixel `at` and its neighbours tell of what else it may hold; `brightest` as of the image.
-    pub fn known_of(&self, at: usize, brightest: f32) -> Known {
-        Known { white: self.is_white(at), quiet: self.is_quiet(at), brightest }
+    /// Decides now what large things are taken to show: later samples find more paths, but pixels are not sampled anew
+    /// for that.
+    pub fn fix_brightest(&mut self) {
+        self.brightest = self.brightest_around();
+    }
+
+    /// What the samples of pixel `at` and its neighbours tell of what else it may hold, once that is fixed.
+    pub fn known_of(&self, at: usize) -> Known {
+        let brightest = self.brightest.get(at).copied().unwrap_or(f32::INFINITY);
+        Known { white: self.is_white(at), brightest }
     }
 
     /// What the pixels may hold unseen; those without samples hold nothing.
     pub fn unseen(&self, caps: &Caps) -> Unseen {
-        let brightest = self.brightest();
-        self.unseen_by(caps, |at| self.known_of(at, brightest))
+        let now = if self.brightest.is_empty() { self.brightest_around() } else { Vec::new() };
+        let brightest = if now.is_empty() { &self.brightest } else { &now };
+        self.unseen_by(caps, |at| Known { white: self.is_white(at), brightest: brightest[at] })
     }
 
     /// The same without any assumption on what is not in the caps.

@@ -12,10 +12,10 @@
 //! Envelope and convex part together are greatest where a class of pixels is exhausted.
 //!
 //! Mirrors and glass may show the brightest of the scene in any size: no bound on what they hide would be worth
-//! stating. What they hide is taken to be no brighter than the greatest radiance that some set of samples of the image
-//! saw. And where all samples of a pixel and its neighbours took one path, neither they nor a bright surface larger
-//! than the pixel are taken to be in it: their edges would be in the neighbours too. Calibration tests both
-//! assumptions; how much could be hidden without them is stated beside the bound.
+//! stating. What they, and bright surfaces larger than a pixel, hide is taken to be no brighter than what some set of
+//! samples saw in the pixels around, and no brighter than white where all samples of the pixel and its neighbours took
+//! one path: their edges would be in the neighbours too. Calibration tests both assumptions; how much could be hidden
+//! without them is stated beside the bound.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -40,14 +40,15 @@ impl Cap {
 
     /// The cap under what is known of the pixel.
     pub fn given(self, known: Known) -> Cap {
-        let dim = |x: f32| x.min(1.0);
-        let mirrored = if known.quiet { 0.0 } else { self.mirrored.min(known.brightest) };
-        match known {
-            Known { white: true, .. } => Cap { radiance: dim(self.radiance), area: 1.0, ..self },
-            // What is larger than a pixel shows in the neighbours too.
-            Known { quiet: true, .. } if self.area >= 1.0 => Cap { radiance: dim(self.radiance), ..self },
-            _ if mirrored > self.radiance.max(1.0) => Cap { radiance: mirrored, area: 1.0, ..self },
-            _ => self,
+        let dim = self.radiance.min(1.0);
+        // What is larger than a pixel shows in the neighbours too.
+        let large = if self.area >= 1.0 { self.radiance } else { 0.0 };
+        let shown = large.max(self.mirrored).min(known.brightest);
+        let small = self.area < 1.0 && self.radiance > 1.0;
+        match small && shown <= self.radiance && !known.white {
+            true => self,
+            false if known.white => Cap { radiance: dim, area: 1.0, ..self },
+            false => Cap { radiance: dim.max(shown), area: 1.0, ..self },
         }
     }
 
@@ -70,16 +71,13 @@ impl Cap {
 pub struct Known {
     /// All its samples are white or brighter: whatever brighter is in it, it is shown as white.
     pub white: bool,
-    /// All samples of it and of its neighbours took one path: bright surfaces, mirrors and glass that reach beyond the
-    /// pixel would show in them.
-    pub quiet: bool,
-    /// Mirrors and glass show no more than this.
+    /// Surfaces larger than the pixel, mirrors and glass show no more than this.
     pub brightest: f32,
 }
 
 impl Known {
     /// Nothing.
-    pub const NOTHING: Known = Known { white: false, quiet: false, brightest: f32::INFINITY };
+    pub const NOTHING: Known = Known { white: false, brightest: f32::INFINITY };
 }
 
 /// The caps of an image's pixels, rows from the top.
@@ -302,7 +300,7 @@ mod tests {
     /// What is larger than a pixel is not hidden in a quiet one; what is smaller may be.
     #[test]
     fn quiet_pixels_hide_small_things_only() {
-        let quiet = Known { quiet: true, ..Known::NOTHING };
+        let quiet = Known { brightest: 1.0, ..Known::NOTHING };
         let squares = |cap, known| {
             let mut unseen = Unseen::default();
             unseen.add(8, cap, known);
