@@ -314,7 +314,18 @@ fn resolve() {
             f.compensation = rng.vector().map(|c| c * 1e-7);
         }
         let first_sample = rng.below(9);
-        let push = Push { tile_pixels: 101, first_sample, batch_samples: 5, items: 101, ..state.push() };
+        // A batch within the range that the film sums, at its start, and one that is all of it.
+        let range_first = first_sample - rng.below(first_sample + 1);
+        let range_samples = first_sample - range_first + 5 + rng.below(4);
+        let push = Push {
+            tile_pixels: 101,
+            first_sample,
+            batch_samples: 5,
+            range_first,
+            range_samples,
+            items: 101,
+            ..state.push()
+        };
         check(bench, state, &memory, Kernel::Resolve, &push, what);
     });
 }

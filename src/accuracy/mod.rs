@@ -1,4 +1,4 @@
-//! The error of an image: its three parts ([`sampling`], [`truncation`], rounding), bounds on each, and the
+//! The error of an image: its four parts ([`sampling`], [`truncation`], rounding), bounds on each, and the
 //! drivers that keep an error or a time ([`promise`]).
 
 pub mod allocate;

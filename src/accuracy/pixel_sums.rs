@@ -66,6 +66,17 @@ impl PixelSums {
         }
     }
 
+    /// As [`PixelSums::add`] for any number of samples, but what is told apart in sets is lost: only means are right.
+    pub fn add_means(&mut self, pixels: &[u32], samples: u32, traced: &Traced) {
+        let s = sets(self.replicates);
+        for ((at, more), sums) in pixels.iter().zip(&traced.marks).zip(traced.sums.chunks(s)) {
+            let at = *at as usize;
+            self.marks[at] = if self.samples[at] == 0 { *more } else { self.marks[at].and(more) };
+            self.samples[at] += samples;
+            self.sums[at * s] = sums.iter().fold(self.sums[at * s], |sum, more| plus(sum, *more));
+        }
+    }
+
     /// Appends everything, as little-endian numbers.
     pub(super) fn put(&self, to: &mut Vec<u8>) {
         let mut word = |n: u32| to.extend(n.to_le_bytes());

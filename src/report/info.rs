@@ -195,7 +195,7 @@ pub struct PassInfo {
     pub items: u64,
 }
 
-/// The error bound: three parts whose sum bounds the true error, in linear light clamped to [0, 1].
+/// The error bound: four parts whose sum bounds the true error, in linear light clamped to [0, 1].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorInfo {
     /// Kind of error: `rmse`, over all pixels and channels.

@@ -1,4 +1,4 @@
-//! `--error`: the cheapest samples, depth and precision whose three parts come to the error asked for.
+//! `--error`: the cheapest samples, depth and precision whose parts come to the error asked for.
 
 use super::bounded_image::{BoundedImage, Image};
 use super::resume_state::{Bounded, Chosen, Stage, options};

@@ -133,7 +133,7 @@ pub struct PictureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Accuracy")]
 pub struct AccuracyArgs {
-    /// State the error of the image in three parts: sampling, truncation, rounding
+    /// State the error of the image in four parts: sampling, truncation, rounding
     #[arg(long)]
     pub budget: bool,
 
@@ -153,7 +153,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
 
-    /// Independent sets that the samples of a pixel are divided into; must divide the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
+    /// Independent sets that the samples of a pixel are divided into; must divide the samples. More sets are less even: the error bound of 1 needs none [default: 1]
     #[arg(long, value_name = "R", value_parser = values::positive())]
     pub replicates: Option<u32>,
 }

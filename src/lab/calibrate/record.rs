@@ -36,7 +36,7 @@ pub struct BudgetRow {
     pub samples: u32,
     /// One per seed.
     pub trials: Vec<BudgetTrial>,
-    /// Edge pixels whose confidence interval contains the truth, with 16 replicates; empty unless
+    /// Edge pixels whose confidence interval contains the truth; empty unless
     /// 16 divides `samples`.
     pub pixels: Coverage,
 }

@@ -11,9 +11,6 @@ use crate::settings::{Precision, Settings};
 use serde::Serialize;
 use std::time::Instant;
 
-/// Default replicates of `--budget`, without and with `--aov sampling`.
-const BUDGET_REPLICATES: u32 = 4;
-const PIXEL_REPLICATES: u32 = 16;
 /// Most samples per pixel of a uniform render.
 const MOST_UNIFORM: u32 = 4096;
 
@@ -137,11 +134,10 @@ impl Bench<'_> {
         &mut self,
         seed: u32,
         samples: u32,
-        replicates: u32,
         target: Target,
         observer: &mut dyn Observer,
     ) -> Result<Option<BoundedImage>, RenderError> {
-        let settings = Settings { seed, samples, replicates, ..self.settings.clone() };
+        let settings = Settings { seed, samples, ..self.settings.clone() };
         let fixed = target == Target::Settings;
         let request = Request {
             confidence: self.confidence,
@@ -160,9 +156,7 @@ impl Bench<'_> {
         samples: u32,
         observer: &mut dyn Observer,
     ) -> Result<Option<BoundedImage>, RenderError> {
-        let most = BUDGET_REPLICATES.min(samples);
-        let replicates = (2..=most).rev().find(|r| samples.is_multiple_of(*r)).unwrap_or(samples);
-        self.render(seed, samples, replicates, Target::Settings, observer)
+        self.render(seed, samples, Target::Settings, observer)
     }
 
     /// Edge pixels whose confidence interval (of the widest channel) contains the truth.
@@ -173,15 +167,15 @@ impl Bench<'_> {
         truth: &Truth,
         observer: &mut dyn Observer,
     ) -> Result<Option<Coverage>, RenderError> {
-        let settings = Settings { seed, replicates: PIXEL_REPLICATES, ..self.settings.clone() };
+        let settings = Settings { seed, ..self.settings.clone() };
         let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
         let image = whole(&mut survey, 0..samples, observer)?;
         let Some(image) = image else { return Ok(None) };
+        let half_widths = image.half_widths(self.confidence);
         let held = |at: usize| {
-            let intervals = image.intervals(at, self.confidence);
-            let width = |c: &usize| intervals[*c].high - intervals[*c].low;
-            let widest = (0..3).max_by(|a, b| width(a).total_cmp(&width(b))).unwrap_or(0);
-            intervals[widest].holds(truth.pixels[at][widest])
+            let (mean, truth) = (image.mean(at), truth.pixels[at]);
+            let error = |c: usize| (mean[c].clamp(0.0, 1.0) - truth[c].clamp(0.0, 1.0)).abs();
+            (0..3).all(|c| error(c) <= half_widths[at])
         };
         let edge = |at: &usize| image.marks[*at].hash_least != image.marks[*at].hash_most;
         Ok(Some(Coverage::of((0..image.samples.len()).filter(edge).map(held))))
@@ -195,7 +189,7 @@ impl Bench<'_> {
         truth: &Truth,
         observer: &mut dyn Observer,
     ) -> Result<Option<(ErrorTrial, Settings)>, RenderError> {
-        let Some(known) = self.render(seed, 1, 1, Target::Error(target), observer)? else { return Ok(None) };
+        let Some(known) = self.render(seed, 1, Target::Error(target), observer)? else { return Ok(None) };
         let report = &known.report;
         let traced: u64 = known.samples.samples.iter().map(|n| u64::from(*n)).sum();
         let trial = ErrorTrial {
@@ -230,7 +224,7 @@ impl Bench<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<TimeTrial>, RenderError> {
         let from = Instant::now();
-        let known = self.render(seed, 1, 1, Target::Time { seconds, from, layers: 0 }, observer)?;
+        let known = self.render(seed, 1, Target::Time { seconds, from, layers: 0 }, observer)?;
         let took = from.elapsed().as_secs_f64();
         let Some(known) = known else { return Ok(None) };
         Ok(Some(TimeTrial {
@@ -259,7 +253,7 @@ impl Bench<'_> {
             if traced.marks.len() < places.len() || observer.cancelled() {
                 return Ok(None);
             }
-            image.add(&places, count - done, &traced);
+            image.add_means(&places, count - done, &traced);
             done = count;
             errors.push(truth.error(&image));
             below = if errors[errors.len() - 1] <= target { below + 1 } else { 0 };

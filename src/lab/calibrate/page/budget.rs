@@ -72,7 +72,7 @@ RMSE and ratios are medians.\n\n{}",
         }
         format!(
             "## Confidence interval of a pixel: `--aov sampling`\n\n\
-Edge pixels are those whose samples took different paths. The interval is that of the widest channel, from 16 replicates; the truth \
+Edge pixels are those whose samples took different paths. The interval is that of the widest channel; the truth \
 has the scene's own depth.\n\n{}",
             table(&columns, &lines)
         )
