@@ -162,8 +162,11 @@ fn passes(report: &Report, profile: Option<&Spread>) -> String {
 }
 
 fn rays(report: &Report) -> String {
-    let cells =
-        report.rays.by_depth.iter().map(|d| [d.depth.to_string(), grouped(d.traced), grouped(d.shadow)]);
+    let cells = report.rays.by_depth.iter().map(|d| {
+        let kinds = [d.primary, d.reflection, d.refraction, d.shadow];
+        let [primary, reflection, refraction, shadow] = kinds.map(grouped);
+        [d.depth.to_string(), primary, reflection, refraction, shadow]
+    });
     let r = &report.rays;
     let note = format!(
         "Primary {}, reflection {}, refraction {}, shadow {}.",
@@ -172,7 +175,7 @@ fn rays(report: &Report) -> String {
         grouped(r.refraction),
         grouped(r.shadow)
     );
-    section("Rays", &note, (0, &["depth", "rays traced", "shadow rays"]), cells)
+    section("Rays", &note, (0, &["depth", "primary", "reflection", "refraction", "shadow"]), cells)
 }
 
 /// Device, scene, settings, plan, times and the program.
@@ -218,7 +221,7 @@ mod tests {
     fn report() -> Report {
         let mut report = Report::default();
         report.scene.file = "<b>&.toml".into();
-        report.rays.by_depth = vec![DepthInfo { depth: 1, traced: 1234, shadow: 567 }];
+        report.rays.by_depth = vec![DepthInfo::of(1, [1234, 0, 0, 567])];
         let pass = |depth| PassInfo { name: "shade".into(), depth, launches: 1, seconds: 0.5, items: 9 };
         report.passes = vec![pass(1), pass(2), pass(3)];
         report

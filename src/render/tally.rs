@@ -6,7 +6,7 @@ use crate::plan::Plan;
 use crate::plan::passes::Size;
 use crate::prepare::Packed;
 use crate::report::{
-    Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo,
+    Counters, LocalFrameInfo, PassInfo, PlanInfo, RayInfo, Report, SceneInfo, SettingsInfo,
 };
 use crate::settings::Settings;
 use crate::vk::Timed;
@@ -101,16 +101,7 @@ impl Tally {
             },
             ..Report::default()
         };
-        for (i, [traced, reflections, refractions, shadow]) in self.depths.iter().enumerate() {
-            if *traced == 0 {
-                break;
-            }
-            report.rays.primary += if i == 0 { *traced } else { 0 };
-            report.rays.reflection += reflections;
-            report.rays.refraction += refractions;
-            report.rays.shadow += shadow;
-            report.rays.by_depth.push(DepthInfo { depth: i as u32 + 1, traced: *traced, shadow: *shadow });
-        }
+        report.rays = RayInfo::of(&self.depths);
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {

@@ -158,11 +158,26 @@ pub struct RayInfo {
     pub refraction: u64,
     /// Shadow rays.
     pub shadow: u64,
-    /// The same by depth, 1 = primary.
+    /// The same by depth, from 1.
     pub by_depth: Vec<DepthInfo>,
 }
 
 impl RayInfo {
+    /// From what each depth counted, from 1: rays traced, reflection and refraction rays among them, and shadow rays.
+    /// It ends at the first depth without rays.
+    pub fn of(depths: &[[u64; 4]]) -> RayInfo {
+        let live = depths.iter().take_while(|counts| counts[0] > 0);
+        let by_depth: Vec<DepthInfo> = (1..).zip(live).map(|(d, counts)| DepthInfo::of(d, *counts)).collect();
+        let sum = |kind: fn(&DepthInfo) -> u64| by_depth.iter().map(kind).sum();
+        RayInfo {
+            primary: sum(|d| d.primary),
+            reflection: sum(|d| d.reflection),
+            refraction: sum(|d| d.refraction),
+            shadow: sum(|d| d.shadow),
+            by_depth,
+        }
+    }
+
     /// All rays.
     pub fn total(&self) -> u64 {
         self.primary + self.reflection + self.refraction + self.shadow
@@ -170,14 +185,31 @@ impl RayInfo {
 }
 
 /// Rays of one depth.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DepthInfo {
     /// 1 = primary rays.
     pub depth: u32,
     /// Primary, reflection and refraction rays traced at this depth.
     pub traced: u64,
+    /// Camera rays among them; 0 from depth 2 on.
+    #[serde(default)]
+    pub primary: u64,
+    /// Reflection rays among them.
+    #[serde(default)]
+    pub reflection: u64,
+    /// Refraction rays among them.
+    #[serde(default)]
+    pub refraction: u64,
     /// Shadow rays cast from their hits.
     pub shadow: u64,
+}
+
+impl DepthInfo {
+    /// From rays traced, reflection and refraction rays among them, and shadow rays.
+    pub fn of(depth: u32, [traced, reflection, refraction, shadow]: [u64; 4]) -> DepthInfo {
+        let primary = traced.saturating_sub(reflection + refraction);
+        DepthInfo { depth, traced, primary, reflection, refraction, shadow }
+    }
 }
 
 /// One pass at one depth.

@@ -84,7 +84,7 @@ pub fn warnings(report: &Report) -> Vec<String> {
     .collect()
 }
 
-/// Device, scene and plan; time per pass and depth; rays per depth; totals.
+/// Device, scene and plan; time per pass and depth; rays per depth and kind; totals.
 pub fn report(report: &Report) -> String {
     let passes = passes(report) + "items: rays, samples or pixels, depending on the pass\n";
     [about(report), passes, rays(report), totals(report)].join("\n")
@@ -191,19 +191,23 @@ fn passes(report: &Report) -> String {
 fn rays(report: &Report) -> String {
     use Align::Right;
     let rays = &report.rays;
-    let mut table = Table::new(&[("depth", Right), ("rays traced", Right), ("shadow rays", Right)]);
-    for row in &rays.by_depth {
-        table.row([row.depth.to_string(), grouped(row.traced), grouped(row.shadow)]);
+    let mut table = Table::new(&[
+        ("depth", Right),
+        ("primary rays", Right),
+        ("reflection", Right),
+        ("refraction", Right),
+        ("shadow", Right),
+        ("all", Right),
+    ]);
+    let mut row = |name: String, kinds: [u64; 4]| {
+        let [primary, reflection, refraction, shadow] = kinds.map(grouped);
+        table.row([name, primary, reflection, refraction, shadow, grouped(kinds.iter().sum())]);
+    };
+    for d in &rays.by_depth {
+        row(d.depth.to_string(), [d.primary, d.reflection, d.refraction, d.shadow]);
     }
-    let traced = rays.primary + rays.reflection + rays.refraction;
-    table.row(["all".into(), grouped(traced), grouped(rays.shadow)]);
-    format!(
-        "{table}primary {}, reflection {}, refraction {}, shadow {}\n",
-        grouped(rays.primary),
-        grouped(rays.reflection),
-        grouped(rays.refraction),
-        grouped(rays.shadow),
-    )
+    row("all".into(), [rays.primary, rays.reflection, rays.refraction, rays.shadow]);
+    table.to_string()
 }
 
 fn totals(report: &Report) -> String {

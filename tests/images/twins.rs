@@ -22,9 +22,9 @@ const ARITHMETIC: [(Precision, Origin, Sampler); 4] = [
 /// Scenes that between them have every feature.
 const MANY_SIDED: [&str; 2] = ["everything", "planet"];
 
-/// Per depth: traced and shadow rays, as far as rays go.
-fn by_depth(report: &Report) -> Vec<[u64; 2]> {
-    report.rays.by_depth.iter().map(|d| [d.traced, d.shadow]).collect()
+/// Per depth: traced, reflection, refraction and shadow rays, as far as rays go.
+fn by_depth(report: &Report) -> Vec<[u64; 4]> {
+    report.rays.by_depth.iter().map(|d| [d.traced, d.reflection, d.refraction, d.shadow]).collect()
 }
 
 fn same_bits(a: &[[f32; 3]], b: &[[f32; 3]]) -> bool {
@@ -55,8 +55,7 @@ fn the_device_gives_the_twins_image_and_counts() {
         let different = linear.iter().zip(&device.linear).filter(|(a, b)| a != b).count();
         assert!(same_bits(&linear, &device.linear), "{name}: {different} of {} pixels differ", linear.len());
         let found = by_depth(&device.report);
-        let expected: Vec<[u64; 2]> =
-            counts.depths.iter().map(|d| [d[0], d[3]]).take_while(|d| d[0] > 0).collect();
+        let expected: Vec<[u64; 4]> = counts.depths.iter().copied().take_while(|d| d[0] > 0).collect();
         assert_eq!(found, expected, "{name}");
         assert!(linear.iter().flatten().any(|c| *c > 0.0), "{name} is black");
         // The comparison can fail.

@@ -33,8 +33,8 @@ fn run(render: f64) -> Report {
             primary: 1000,
             reflection: 400,
             by_depth: vec![
-                DepthInfo { depth: 1, traced: 1000, shadow: 0 },
-                DepthInfo { depth: 2, traced: 400, shadow: 0 },
+                DepthInfo::of(1, [1000, 0, 0, 0]),
+                DepthInfo::of(2, [400, 400, 0, 0]),
             ],
             ..RayInfo::default()
         },
