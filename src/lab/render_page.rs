@@ -5,12 +5,13 @@ use super::page::bars::{self, Bar};
 use super::page::markup::{escaped, facts, section};
 use super::page::views::{image, switch};
 use super::page::{document, pictures};
+use super::plot::{self, Axis, Chart, Legend, Look, Scale, Series};
 use super::profile::Spread;
 use crate::accuracy::promise::Layer;
 use crate::image::{Metadata, View, heat};
-use crate::report::{Report, text};
+use crate::report::{ReferencePoint, Report, text};
 use crate::stats::Quartiles;
-use crate::units::{figure, grouped, seconds, short};
+use crate::units::{figure, grouped, number, seconds, short};
 use std::io;
 
 /// What the page shows.
@@ -42,6 +43,7 @@ pub fn page(page: &RenderPage<'_>) -> io::Result<String> {
     body += &notes(page);
     body += &looks(page)?;
     body += &error(report);
+    body += &convergence(report)?;
     body += &passes(report, page.profile);
     body += &rays(report);
     body += &about(page);
@@ -110,6 +112,43 @@ fn error(report: &Report) -> String {
     let words = lines.iter().filter(|line| !line.starts_with("  "));
     let words: String = words.map(|line| format!("<p>{}</p>\n", escaped(line))).collect();
     format!("<h2 id=\"error\">Error</h2>\n{words}{}", bars::svg("parts of the error", &parts))
+}
+
+/// Error against the reference picture, over time and over rays; empty without one.
+fn convergence(report: &Report) -> io::Result<String> {
+    let Some(reference) = report.reference.as_ref().filter(|r| !r.points.is_empty()) else {
+        return Ok(String::new());
+    };
+    let points = &reference.points;
+    let chart = |title, label, x: fn(&ReferencePoint) -> f64| Chart {
+        title,
+        x: Axis::around(label, Scale::Decades, points.iter().map(x)),
+        y: Axis::around("RMSE, linear light", Scale::Decades, points.iter().map(|p| p.rmse)),
+        series: vec![Series {
+            name: "this render".into(),
+            color: 0,
+            points: points.iter().map(|p| (x(p), p.rmse)).collect(),
+            look: Look::Marked,
+        }],
+        mark: None,
+        legend: Legend::LowerLeft,
+    };
+    let charts = [
+        chart("Error against time", "seconds since the first submit", |p| p.seconds),
+        chart("Error against rays", "rays of all kinds", |p| p.rays as f64),
+    ];
+    let svg = plot::svg(&charts, (960, 360)).map_err(io::Error::other)?;
+    let rows = points
+        .iter()
+        .map(|p| [format!("{:.4}", p.seconds), number(p.samples), grouped(p.rays), figure(p.rmse)]);
+    let note = format!(
+        "Error against {} after each round of samples: RMSE in linear light clamped to [0, 1], whose own error is part of \
+         it. Both axes are logarithmic; a curve that turns level has reached the reference's own error, or a bias such as \
+         the depth.",
+        escaped(&reference.file)
+    );
+    let table = section("Convergence", &note, (0, &["seconds", "samples per pixel", "rays", "RMSE"]), rows);
+    Ok(format!("{table}<figure id=\"convergence-plot\">{svg}</figure>\n"))
 }
 
 /// Device time per pass and depth: of one run, or the medians of several with their quartiles.
@@ -216,7 +255,7 @@ fn about(page: &RenderPage<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{DepthInfo, ErrorInfo, PassInfo};
+    use crate::report::{DepthInfo, ErrorInfo, PassInfo, ReferenceInfo};
 
     fn report() -> Report {
         let mut report = Report::default();
@@ -273,6 +312,20 @@ mod tests {
         // To scale: half of what was asked for, and a quarter.
         assert!(text.contains("width=\"200.0\"") && text.contains("width=\"100.0\""));
         assert!(text.contains("warning: a&lt;b") && text.contains("only 50.0 %"));
+    }
+
+    #[test]
+    fn a_reference_gives_two_curves_and_a_table() {
+        let mut report = report();
+        let point =
+            |n: f64| ReferencePoint { seconds: 0.1 * n, samples: n, rays: 1000 * n as u64, rmse: 0.1 / n };
+        let points = [1.0, 2.0, 4.0].map(point).to_vec();
+        report.reference = Some(ReferenceInfo { file: "t<.exr".into(), points });
+        let text = text_of(&report, &[], 1.0);
+        assert!(text.contains("Error against time") && text.contains("Error against rays"));
+        assert!(text.contains("t&lt;.exr") && text.contains("<td>4,000</td>"), "{text}");
+        let circles = text.matches("<circle ").count();
+        assert_eq!(circles, 2 * 3, "{circles}");
     }
 
     #[test]

@@ -5,9 +5,7 @@ use crate::kernel::table::Kernel;
 use crate::plan::Plan;
 use crate::plan::passes::Size;
 use crate::prepare::Packed;
-use crate::report::{
-    Counters, LocalFrameInfo, PassInfo, PlanInfo, RayInfo, Report, SceneInfo, SettingsInfo,
-};
+use crate::report::{Counters, LocalFrameInfo, PassInfo, PlanInfo, RayInfo, Report, SceneInfo, SettingsInfo};
 use crate::settings::Settings;
 use crate::vk::Timed;
 use serde::{Deserialize, Serialize};
@@ -61,6 +59,11 @@ impl Tally {
         self.batches += other.batches;
         self.samples += other.samples;
         self.pixels += other.pixels;
+    }
+
+    /// Rays of all kinds.
+    pub(super) fn rays(&self) -> u64 {
+        self.depths.iter().map(|[traced, _, _, shadow]| traced + shadow).sum()
     }
 
     pub(super) fn add_timings(&mut self, timed: &[Timed]) {

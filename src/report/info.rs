@@ -264,6 +264,28 @@ pub struct ErrorInfo {
     pub total: f64,
 }
 
+/// The error of the image on its way, against a reference picture.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceInfo {
+    /// The picture's path as given.
+    pub file: String,
+    /// After each round of samples; the last is of the whole image.
+    pub points: Vec<ReferencePoint>,
+}
+
+/// The error after some of the samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReferencePoint {
+    /// Since the first submit, without the time that comparisons took.
+    pub seconds: f64,
+    /// Samples per pixel, the mean over the image.
+    pub samples: f64,
+    /// Rays of all kinds.
+    pub rays: u64,
+    /// RMSE over all pixels and channels, in linear light clamped to [0, 1].
+    pub rmse: f64,
+}
+
 /// The error or time asked for.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct AskedInfo {

@@ -42,6 +42,9 @@ pub struct Report {
     pub passes: Vec<PassInfo>,
     /// Error bounds; null if not asked for.
     pub error: Option<ErrorInfo>,
+    /// The error against a reference picture; absent if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceInfo>,
     /// The error or time asked for.
     pub asked: AskedInfo,
     /// Counts of numerical faults.

@@ -1,7 +1,7 @@
 //! The report of a render as text for people.
 
 use super::table::{Align, Table};
-use super::{PassInfo, Report};
+use super::{PassInfo, ReferenceInfo, Report};
 use crate::units::{bytes, figure, grouped, number, plural, seconds, short};
 
 /// One line: file, size, samples, depth, rays and seconds.
@@ -87,7 +87,28 @@ pub fn warnings(report: &Report) -> Vec<String> {
 /// Device, scene and plan; time per pass and depth; rays per depth and kind; totals.
 pub fn report(report: &Report) -> String {
     let passes = passes(report) + "items: rays, samples or pixels, depending on the pass\n";
-    [about(report), passes, rays(report), totals(report)].join("\n")
+    let mut parts = vec![about(report), passes, rays(report)];
+    parts.extend(report.reference.as_ref().map(convergence));
+    parts.push(totals(report));
+    parts.join("\n")
+}
+
+/// Error against the reference picture after each round of samples.
+fn convergence(reference: &ReferenceInfo) -> String {
+    use Align::Right;
+    let mut table = Table::new(&[("seconds", Right), ("samples", Right), ("rays", Right), ("RMSE", Right)]);
+    for p in &reference.points {
+        table.row([format!("{:.4}", p.seconds), number(p.samples), grouped(p.rays), figure(p.rmse)]);
+    }
+    format!("error against {}\n{table}", reference.file)
+}
+
+/// One line: the error of the whole image against the reference picture; none without one.
+pub fn reference(report: &Report) -> Option<String> {
+    let reference = report.reference.as_ref()?;
+    let last = reference.points.last()?;
+    let error = figure(last.rmse);
+    Some(format!("difference from {}: {error} (RMSE in linear light from 0 to 1)", reference.file))
 }
 
 /// Device, scene, local frame, settings and plan, one line each.

@@ -143,7 +143,7 @@ impl State {
             loop_cap: 7500,
             sampler_kind: v.sampler.word(),
             replicates: v.replicates,
-            parts: if v.survey && v.replicates == 1 { abi::PARTS } else { 1 },
+            parts: if v.survey && v.replicates == 1 { PARTS } else { 1 },
             survey: u32::from(v.survey),
             texels: u32::from(v.outside),
             triangles_outside: u32::from(v.outside),

@@ -39,6 +39,7 @@ impl Task<'_> {
         self.observer.span(0.0, if compared { 0.5 } else { 1.0 });
         self.all(&mut survey, &settings, &mut image)?;
         let mut render = start.elapsed();
+        self.show(&survey, &image, start);
         let mut prepared = survey.prepared();
         let mut rounding = None;
         if survey.precision() == Precision::Double {

@@ -22,6 +22,7 @@ Examples:
   whitted render scenes/cornell.toml -o good.png --error 0.01
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
+  whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
 
 /// `whitted render`.
@@ -152,6 +153,10 @@ pub struct AccuracyArgs {
     /// Also write a value per pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other formats
     #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
+
+    /// Compare the image on its way with this picture: RMSE against time and rays, in the report, on the page and with -v; the image is traced in rounds of 1, 1, 2, 4, ... samples, to the same bits
+    #[arg(long, value_name = "TRUTH", conflicts_with_all = ["resume", "receipt"])]
+    pub reference: Option<PathBuf>,
 
     /// Independent sets that the samples of a pixel are divided into; must divide the samples [default: with --budget up to 4, with a sampling layer up to 16, else 1]
     #[arg(long, value_name = "R", value_parser = values::positive())]
