@@ -46,6 +46,7 @@ pub fn page(page: &RenderPage<'_>) -> io::Result<String> {
     body += &convergence(report)?;
     body += &passes(report, page.profile);
     body += &rays(report);
+    body += &tests(report);
     body += &about(page);
     Ok(document(&format!("{what} of {}", report.scene.file), &body))
 }
@@ -215,6 +216,18 @@ fn rays(report: &Report) -> String {
         grouped(r.shadow)
     );
     section("Rays", &note, (0, &["depth", "primary", "reflection", "refraction", "shadow"]), cells)
+}
+
+/// Box and primitive tests; empty if they were not counted.
+fn tests(report: &Report) -> String {
+    let rows = report.tests.iter().flat_map(|tests| &tests.by_kind).map(|k| {
+        let numbers = [k.rays, k.boxes, k.primitives].map(grouped);
+        let [rays, boxes, primitives] = numbers;
+        [k.kind.clone(), k.depth.to_string(), rays, boxes, primitives]
+    });
+    let note = "A box test is the box of one child of a node for one ray that still looks for a hit; a primitive test is one \
+                triangle or sphere for one such ray.";
+    section("Tests", note, (1, &["rays", "depth", "count", "box tests", "primitive tests"]), rows)
 }
 
 /// Device, scene, settings, plan, times and the program.

@@ -9,6 +9,7 @@ use crate::plan::dispatches::{Batch, Step, dispatches};
 use crate::plan::passes::Size;
 use crate::plan::tiles::{self, Tile};
 use crate::prepare::Packed;
+use crate::report::test_counts::tests_of;
 use crate::report::timeline::Submit;
 use crate::settings::Settings;
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
@@ -304,10 +305,10 @@ impl Batches {
     /// Adds the submit's counts; true if a queue was too small.
     fn read_counts(&mut self, tally: &mut Tally) -> bool {
         let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
+        let end = bytes + self.buffers.bytes(Buf::Counters) as usize;
         let staging = self.buffers.staging_bytes();
         let depths: Vec<DepthCount> = bytemuck::pod_collect_to_vec(&staging[..bytes]);
-        let counters: Vec<u32> =
-            bytemuck::pod_collect_to_vec(&staging[bytes..bytes + 4 * abi::COUNTERS as usize]);
+        let counters: Vec<u32> = bytemuck::pod_collect_to_vec(&staging[bytes..end]);
         if counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
             return true;
         }
@@ -317,6 +318,7 @@ impl Batches {
                 .map(|d| [d.traced, d.reflections, d.refractions, d.shadow].map(u64::from))
                 .collect(),
             counters: std::array::from_fn(|i| u64::from(counters[i])),
+            tests: tests_of(&counters),
             ..Tally::default()
         };
         tally.add(&counted);

@@ -5,6 +5,7 @@ use crate::kernel::table::Kernel;
 use crate::plan::Plan;
 use crate::plan::passes::Size;
 use crate::prepare::Packed;
+use crate::report::test_counts::{KindTests, TestCounts};
 use crate::report::{Counters, LocalFrameInfo, PassInfo, PlanInfo, RayInfo, Report, SceneInfo, SettingsInfo};
 use crate::settings::Settings;
 use crate::vk::Timed;
@@ -20,6 +21,9 @@ pub(super) struct Tally {
     #[serde(with = "rows")]
     pub(super) passes: BTreeMap<(u32, usize), (u64, f64)>,
     pub(super) counters: [u64; abi::COUNTERS as usize],
+    /// Tests of each depth and kind of ray; none if they are not counted.
+    #[serde(default)]
+    pub(super) tests: Vec<KindTests>,
     pub(super) tiles: u64,
     pub(super) batches: u64,
     pub(super) samples: u64,
@@ -50,6 +54,11 @@ impl Tally {
         for (a, b) in self.depths.iter_mut().zip(&other.depths) {
             a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
         }
+        if self.tests.len() < other.tests.len() {
+            self.tests.resize(other.tests.len(), KindTests::default());
+        }
+        let (sums, more) = (self.tests.as_flattened_mut().as_flattened_mut(), other.tests.as_flattened());
+        sums.iter_mut().zip(more.as_flattened()).for_each(|(a, b)| *a += b);
         for (key, (launches, seconds)) in &other.passes {
             let row = self.passes.entry(*key).or_default();
             *row = (row.0 + launches, row.1 + seconds);
@@ -105,6 +114,7 @@ impl Tally {
             ..Report::default()
         };
         report.rays = RayInfo::of(&self.depths);
+        report.tests = (plan.specialisation.counting != 0).then(|| TestCounts::of(&report.rays, &self.tests));
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {

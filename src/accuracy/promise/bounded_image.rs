@@ -24,6 +24,9 @@ pub struct BoundedImage {
     /// Difference of each pixel's worst channel from the same samples in f64, rows from the top; `None` unless all
     /// samples were compared.
     pub rounding: Option<Vec<f64>>,
+    /// Box and primitive tests of each pixel, rows from the top; `None` unless counted by
+    /// [`Renderer::tests_per_pixel`](crate::Renderer::tests_per_pixel).
+    pub tests: Option<Vec<f64>>,
     /// Confidence of the error bound, in (0, 1).
     pub confidence: f64,
     /// Everything that was counted, timed, asked for and reached; without an error bound if some pixels have no samples.
@@ -56,12 +59,21 @@ pub enum Layer {
     Depth,
     /// Rays traced, shadow rays included.
     Cost,
+    /// Box and primitive tests.
+    Tests,
 }
 
 impl Layer {
     /// All layers.
-    pub const ALL: [Layer; 6] =
-        [Layer::Sampling, Layer::Truncation, Layer::Rounding, Layer::Samples, Layer::Depth, Layer::Cost];
+    pub const ALL: [Layer; 7] = [
+        Layer::Sampling,
+        Layer::Truncation,
+        Layer::Rounding,
+        Layer::Samples,
+        Layer::Depth,
+        Layer::Cost,
+        Layer::Tests,
+    ];
 
     /// Its name on the command line and in file names.
     pub fn name(self) -> &'static str {
@@ -72,6 +84,7 @@ impl Layer {
             Layer::Samples => "samples",
             Layer::Depth => "depth",
             Layer::Cost => "cost",
+            Layer::Tests => "tests",
         }
     }
 
@@ -84,6 +97,7 @@ impl Layer {
             Layer::Samples => "samples per pixel",
             Layer::Depth => "length of the longest path, rays",
             Layer::Cost => "rays traced per pixel",
+            Layer::Tests => "box and primitive tests per pixel",
         }
     }
 }
@@ -121,12 +135,12 @@ impl BoundedImage {
     /// The values of a layer, rows from the top; NaN if unknown.
     pub fn layer(&self, layer: Layer) -> Vec<f64> {
         let marks = || self.samples.marks.iter();
+        let unknown = || vec![f64::NAN; self.samples.samples.len()];
         match layer {
             Layer::Sampling => self.samples.half_widths(self.confidence),
             Layer::Truncation => self.samples.hidden(&self.limit),
-            Layer::Rounding => {
-                self.rounding.clone().unwrap_or_else(|| vec![f64::NAN; self.samples.samples.len()])
-            }
+            Layer::Rounding => self.rounding.clone().unwrap_or_else(unknown),
+            Layer::Tests => self.tests.clone().unwrap_or_else(unknown),
             Layer::Samples => self.samples.samples.iter().map(|n| f64::from(*n)).collect(),
             Layer::Depth => marks().map(|m| f64::from(m.depth)).collect(),
             Layer::Cost => marks().map(|m| f64::from(m.rays)).collect(),
@@ -190,6 +204,7 @@ impl Task<'_> {
             height,
             limit,
             rounding,
+            tests: None,
             confidence,
             report,
             done,

@@ -111,6 +111,11 @@ pub(super) fn run(
         None => error.into(),
     })?;
     known.report.reference = reference;
+    if args.accuracy.aov.contains(&Layer::Tests) && !known.cancelled {
+        let style = Style::choose(console.is_quiet(), console.is_verbose());
+        let mut progress = Progress::new(style, "counting tests");
+        known.tests = renderer.tests_per_pixel(&scene, &settings, &mut progress)?;
+    }
     let format = known.file.unwrap_or(format);
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
@@ -180,6 +185,11 @@ pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
     if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
         return Err(Failure::Usage(
             "--aov rounding renders every sample in f64 too: use it with --budget, not with --error or --time".into(),
+        ));
+    }
+    if a.aov.contains(&Layer::Tests) && (a.error.is_some() || a.time.is_some()) {
+        return Err(Failure::Usage(
+            "--aov tests traces every sample once more to count: use it with --budget, not with --error or --time".into(),
         ));
     }
     if args.picture.precision == Some(Precision::Fast) && a.error.is_some() {
