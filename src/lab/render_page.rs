@@ -143,9 +143,8 @@ fn convergence(report: &Report) -> io::Result<String> {
         .iter()
         .map(|p| [format!("{:.4}", p.seconds), number(p.samples), grouped(p.rays), figure(p.rmse)]);
     let note = format!(
-        "Error against {} after each round of samples: RMSE in linear light clamped to [0, 1], whose own error is part of \
-         it. Both axes are logarithmic; a curve that turns level has reached the reference's own error, or a bias such as \
-         the depth.",
+        "Error against {} after each round of samples: RMSE in linear light clamped to [0, 1]. Both axes are logarithmic. \
+         A curve that turns level has come down to the picture's own error, or to a bias such as that of the depth.",
         escaped(&reference.file)
     );
     let table = section("Convergence", &note, (0, &["seconds", "samples per pixel", "rays", "RMSE"]), rows);

@@ -251,6 +251,9 @@ pub struct ErrorInfo {
     pub rounding: Option<f64>,
     /// Pixels with a sample whose path differs in f64.
     pub rounding_pixels: Option<u64>,
+    /// RMSE from the same samples in f64 over the other pixels; null unless every sample was compared.
+    #[serde(default)]
+    pub rounding_values: Option<f64>,
     /// RMSE of the file as it is written; null if no file was asked for.
     #[serde(default)]
     pub encoding: Option<f64>,

@@ -47,8 +47,12 @@ pub fn error(report: &Report) -> Vec<String> {
     });
     lines.push(match (e.rounding, e.rounding_pixels) {
         (Some(part), Some(pixels)) => {
+            let others = match e.rounding_values {
+                Some(values) if pixels > 0 => format!(", {} in the others", figure(values)),
+                _ => String::new(),
+            };
             let pixels = plural(pixels, "pixel");
-            format!("  rounding   {} ({pixels} with different paths in f64)", figure(part))
+            format!("  rounding   {} ({pixels} with different paths in f64{others})", figure(part))
         }
         _ => "  rounding   not measured (not compared with f64)".into(),
     });

@@ -63,7 +63,10 @@ impl Task<'_> {
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
         let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };
         let mut known = self.known(image, &survey);
-        known.rounding = rounding.map(|r| r.pixels);
+        if let Some(error) = &mut known.report.error {
+            error.rounding_values = rounding.as_ref().map(|r| r.values);
+        }
+        known.rounding = rounding;
         known.cancelled &= !finished;
         known.unfinished = kept;
         Ok(known)

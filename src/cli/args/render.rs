@@ -150,7 +150,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "P", value_parser = values::confidence, default_value_t = 0.95)]
     pub confidence: f64,
 
-    /// Also write a value per pixel: any of sampling, truncation, rounding, samples, depth, cost (rays), tests (of boxes and primitives); as channels of an EXR, as OUT.LAYER.png beside other formats
+    /// Also write a value per pixel: any of sampling, truncation, rounding, rounding-paths, samples, depth, cost (rays), tests (of boxes and primitives); as channels of an EXR, as OUT.LAYER.png beside other formats
     #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
 

@@ -182,7 +182,8 @@ pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
             "--aov writes files next to the image, so -o needs a file name instead of -".into(),
         ));
     }
-    if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
+    let rounding = a.aov.iter().any(|layer| matches!(layer, Layer::Rounding | Layer::RoundingPaths));
+    if rounding && (a.error.is_some() || a.time.is_some()) {
         return Err(Failure::Usage(
             "--aov rounding renders every sample in f64 too: use it with --budget, not with --error or --time".into(),
         ));
