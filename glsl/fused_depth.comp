@@ -48,6 +48,7 @@ void main() {
     Ray ray = load_rays(place);
     TraversalRay r = make_traversal_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
+    if (mine) note_tests(ray.sample_index, ray.kind);
     Material m;
     Surface s = strike(place, ray, h, m);
     light_up(i, mine, ray, s, m, true, true);

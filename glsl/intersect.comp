@@ -1,5 +1,6 @@
 // Closest hit of every ray in the queue.
-// Reads queue, rays and the scene's shapes. Writes hits. Counts NaN rays, stack and loop overflows.
+// Reads queue, rays and the scene's shapes. Writes hits. Counts NaN rays, stack and loop overflows; box and primitive tests where
+// that is asked for, in a survey also in paths.
 // One invocation per ray.
 #version 460
 #include "base/prelude.glsl"
@@ -13,6 +14,7 @@ FETCHES_NODES
 FETCHES_3(rays)
 READS(queue)
 STORES_1(hits)
+UPDATES(paths)
 UPDATES(counters)
 #include "traverse/traverse.glsl"
 
@@ -25,5 +27,8 @@ void main() {
     Ray ray = load_rays(i);
     TraversalRay r = make_traversal_ray(ray.origin, ray.direction, ray.skip);
     Hit h = closest_hit(r, mine ? FAR : real(0.0), false);
-    if (mine) store_hits(i, h);
+    if (mine) {
+        store_hits(i, h);
+        note_tests(ray.sample_index, ray.kind);
+    }
 }

@@ -71,7 +71,10 @@ pub use compare::metrics::{Metrics, SizeMismatch, compare};
 pub use glam::DVec3;
 pub use image::{Picture, ReadError, SaveError};
 pub use plan::PlanError;
-pub use render::{Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
+pub use render::{
+    Convergence, ImageSoFar, Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer,
+    ResumeState, Tiles,
+};
 pub use report::Report;
 pub use scene::{Scene, SceneError};
 pub use settings::{DeviceChoice, Precision, Settings, SettingsError};

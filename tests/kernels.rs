@@ -16,8 +16,9 @@ use state::{State, variants};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 use whitted::kernel::abi::{
-    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, Contribution,
-    FRESNEL_CONSTANT, Film, NONE, Push, Specialisation,
+    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, COUNTERS, Contribution,
+    FRESNEL_CONSTANT, Film, NONE, Push, RAY_KINDS, RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION, RAY_SHADOW,
+    Ray, Specialisation, TEST_WORDS,
 };
 use whitted::kernel::defects::Defect;
 use whitted::kernel::table::{Kernel, KernelSet};
@@ -43,11 +44,21 @@ fn check(
     twin
 }
 
-fn each_state(seeds: std::ops::Range<u32>, mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
+fn each_state(seeds: std::ops::Range<u32>, test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
+    each_state_of(seeds, false, test);
+}
+
+/// `counting`: box and primitive tests are counted.
+fn each_state_of(
+    seeds: std::ops::Range<u32>,
+    counting: bool,
+    mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str),
+) {
     let device: Rc<Device> = device();
     let lanes = [0, device.limits().shuffle_lanes];
     for ((name, variant), lanes) in variants().into_iter().flat_map(|v| lanes.map(|l| (v, l))) {
         let with_lanes = |mut state: State| {
+            state.spec.counting = u32::from(counting);
             if lanes != 0 {
                 (state.spec.lanes, state.spec.texels, state.spec.fused) = (lanes, 1, 1);
             }
@@ -98,6 +109,69 @@ fn intersect() {
         assert!(twin.counters[COUNTER_NAN_RAYS as usize] > 0, "no ray was NaN: {what}");
     });
     assert!(hits > 2000, "only {hits} rays hit anything");
+}
+
+/// Box and primitive tests of a kind of ray at a depth.
+fn tests_of(memory: &Memory, depth: u32, kind: u32) -> [u64; 2] {
+    let at = (COUNTERS + TEST_WORDS * (RAY_KINDS * (depth - 1) + kind)) as usize;
+    let number = |at: usize| u64::from(memory.counters[at + 1]) << 32 | u64::from(memory.counters[at]);
+    [number(at), number(at + 2)]
+}
+
+/// Every traversal, alone and in packets, counts what its twin counts, of each kind of ray.
+#[test]
+fn box_and_primitive_tests_are_counted() {
+    let mut seen = [[0; 2]; 4];
+    each_state_of(0..3, true, |bench, state, rng, what| {
+        let mut memory = state.memory.clone();
+        // A low word that overflows goes on in the high word.
+        let words = (COUNTERS..COUNTERS + TEST_WORDS * RAY_KINDS).step_by(2);
+        words.for_each(|at| memory.counters[at as usize] = u32::MAX - 100);
+        let before = tests_of(&memory, 1, RAY_PRIMARY);
+        let twin = check(bench, state, &memory, Kernel::Intersect, &state.push(), what);
+        let primitives = u64::from(state.spec.triangle_count + state.spec.sphere_count);
+        for kind in [RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION] {
+            let [boxes, tests] = tests_of(&twin, 1, kind).map(|n| n - before[0]);
+            seen[kind as usize] = [seen[kind as usize][0] + boxes, seen[kind as usize][1] + tests];
+            // Without a hierarchy the number is known: every primitive for every ray that is finite.
+            let finite = |r: &&Ray| r.origin.iter().chain(&r.direction).all(|x| x.is_finite());
+            let rays = twin.rays[..state.count()].iter().filter(|r| r.kind == kind).filter(finite).count();
+            if state.spec.use_bvh == 0 {
+                assert_eq!([boxes, tests], [0, primitives * rays as u64], "{what}");
+            } else {
+                // At least two children of the root; not every primitive.
+                assert!(
+                    boxes >= 2 * rays as u64 && tests < primitives * rays as u64,
+                    "{boxes} {tests} {what}"
+                );
+            }
+        }
+
+        let mut memory = state.hit();
+        memory.run(Kernel::Shade, &state.spec, &state.push());
+        state.place_lights(&mut memory, rng);
+        let end = if state.spec.use_bvh != 0 { state.spec.light_count } else { 1 };
+        let push = state.lights(0, end);
+        let twin = check(bench, state, &memory, Kernel::Shadow, &push, what);
+        let [boxes, tests] = tests_of(&twin, 1, RAY_SHADOW);
+        seen[RAY_SHADOW as usize] =
+            [seen[RAY_SHADOW as usize][0] + boxes, seen[RAY_SHADOW as usize][1] + tests];
+        let rays = u64::from(twin.depth_counts[0].shadow);
+        if state.spec.use_bvh == 0 {
+            assert!(tests.is_multiple_of(primitives) && tests <= primitives * rays, "{what}");
+        }
+
+        if state.spec.fused != 0 {
+            for (memory, push) in before_fused_depth(state, rng) {
+                let what = format!("{what}, depth {}", push.depth);
+                let twin = check(bench, state, &memory, Kernel::FusedDepth, &push, &what);
+                assert!(tests_of(&twin, push.depth, RAY_SHADOW)[1] > 0, "{what}");
+                let children = twin.next_rays.iter().filter(|r| r.kind == RAY_REFLECTION).count();
+                assert!(children > 100, "{children}: {what}");
+            }
+        }
+    });
+    assert!(seen.as_flattened().iter().all(|n| *n > 1000), "{seen:?}");
 }
 
 /// What packets find comes from the compressed nodes: with every box one step wide, they find less.

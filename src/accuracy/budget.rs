@@ -14,14 +14,29 @@ pub struct Rounding {
     pub rmse: f64,
     /// Of each pixel, of its worst channel.
     pub pixels: Vec<f64>,
-    /// Pixels of which some sample took another way.
+    /// True for the pixels of which some sample took another way.
+    pub other_way: Vec<bool>,
+    /// Their number.
     pub ways: u64,
+    /// RMSE over the other pixels, whose samples differ in value alone.
+    pub values: f64,
 }
 
 impl Rounding {
     /// Of an image in f64.
     pub fn none(pixels: usize) -> Rounding {
-        Rounding { pixels: vec![0.0; pixels], ..Rounding::default() }
+        Rounding { pixels: vec![0.0; pixels], other_way: vec![false; pixels], ..Rounding::default() }
+    }
+
+    /// Of each pixel the difference in value; NaN where some sample took another way.
+    pub fn value_differences(&self) -> Vec<f64> {
+        let of = |(x, other): (&f64, &bool)| if *other { f64::NAN } else { *x };
+        self.pixels.iter().zip(&self.other_way).map(of).collect()
+    }
+
+    /// 1 for the pixels of which some sample took another way, else 0.
+    pub fn path_differences(&self) -> Vec<f64> {
+        self.other_way.iter().map(|other| f64::from(u8::from(*other))).collect()
     }
 }
 
@@ -32,18 +47,21 @@ pub fn same_way(a: &Mark, b: &Mark) -> bool {
 
 /// Compares the same samples in two precisions.
 pub fn rounding(a: &PixelSums, b: &PixelSums) -> Rounding {
-    let mut squares = 0.0;
-    let mut worst = |at| {
+    let (mut squares, mut of_values) = (0.0, 0.0);
+    let other_way: Vec<bool> = a.marks.iter().zip(&b.marks).map(|(a, b)| !same_way(a, b)).collect();
+    let mut worst = |at: usize| {
         let (a, b) = (a.mean(at), b.mean(at));
         let apart: [f64; 3] = std::array::from_fn(|c| (a[c].clamp(0.0, 1.0) - b[c].clamp(0.0, 1.0)).abs());
-        squares += apart.iter().map(|d| d * d).sum::<f64>();
+        let square = apart.iter().map(|d| d * d).sum::<f64>();
+        squares += square;
+        of_values += if other_way[at] { 0.0 } else { square };
         apart.into_iter().fold(0.0, f64::max)
     };
     let both = a.samples.len().min(b.samples.len());
     let pixels: Vec<f64> = (0..both).map(&mut worst).collect();
-    let other_way = |(a, b): &(&Mark, &Mark)| !same_way(a, b);
-    let ways = a.marks.iter().zip(&b.marks).filter(other_way).count() as u64;
-    Rounding { rmse: root_mean(squares, pixels.len()), pixels, ways }
+    let ways = other_way.iter().filter(|other| **other).count();
+    let values = root_mean(of_values, both - ways);
+    Rounding { rmse: root_mean(squares, both), pixels, other_way, ways: ways as u64, values }
 }
 
 fn root_mean(squares: f64, pixels: usize) -> f64 {
@@ -84,5 +102,42 @@ pub fn budget(
         cut: image.mean_cut(),
         rounding: rounding.map(|(part, _)| part),
         rounding_pixels: rounding.map(|(_, pixels)| pixels),
+        rounding_values: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::samples::Traced;
+
+    /// Pixels of four equal samples each, by level and hash.
+    fn image(pixels: &[(f64, u32)]) -> PixelSums {
+        let count = pixels.len() as u32;
+        let mut image = PixelSums::new(count, 1, 1);
+        let mark = |hash| Mark { hash_least: hash, hash_most: hash, ..Mark::default() };
+        let traced = Traced {
+            replicates: 1,
+            sums: pixels.iter().flat_map(|p| [[p.0; 3]; 4]).collect(),
+            marks: pixels.iter().map(|p| mark(p.1)).collect(),
+        };
+        image.add(&(0..count).collect::<Vec<_>>(), 4, &traced);
+        image
+    }
+
+    #[test]
+    fn changed_paths_are_told_from_changed_values() {
+        let a = image(&[(0.5, 1), (0.5, 2), (0.5, 3), (0.25, 4)]);
+        let b = image(&[(0.5, 1), (0.75, 2), (0.5, 3), (1.0, 7)]);
+        let rounding = rounding(&a, &b);
+        assert_eq!((rounding.ways, &rounding.path_differences()[..]), (1, &[0.0, 0.0, 0.0, 1.0][..]));
+        let values = rounding.value_differences();
+        assert!(values[..3] == [0.0, 0.25, 0.0] && values[3].is_nan(), "{values:?}");
+        // One of three pixels with the same paths is off by 1/4; one of all four by 3/4 more.
+        assert!((rounding.values - (0.0625f64 / 3.0).sqrt()).abs() < 1e-12, "{}", rounding.values);
+        assert!((rounding.rmse - ((0.0625f64 + 0.5625) / 4.0).sqrt()).abs() < 1e-12, "{}", rounding.rmse);
+        // Where every path differs there is nothing to compare by value.
+        let other = super::rounding(&image(&[(0.5, 1)]), &image(&[(0.25, 2)]));
+        assert_eq!((other.values, other.ways), (0.0, 1));
     }
 }

@@ -113,7 +113,8 @@ impl Deliver<'_> {
             console.say(&text::report(report));
         }
         console.say(&text::summary(report));
-        for line in text::error(report).iter().chain(&text::warnings(report)) {
+        for line in text::error(report).iter().chain(&text::reference(report)).chain(&text::warnings(report))
+        {
             console.say(line);
         }
         Ok(rendered.report)

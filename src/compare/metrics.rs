@@ -97,12 +97,28 @@ pub fn compare<A: Rgb, B: Rgb>(a: &[A], b: &[B]) -> Result<Metrics, SizeMismatch
     Ok(m)
 }
 
+/// [`Metrics::rmse`] alone, which takes much less time.
+///
+/// # Errors
+/// If the images differ in length.
+pub fn rmse<A: Rgb, B: Rgb>(a: &[A], b: &[B]) -> Result<f64, SizeMismatch> {
+    check_sizes(a.len(), b.len())?;
+    let channels = a.iter().zip(b).flat_map(|(a, b)| a.rgb().into_iter().zip(b.rgb()));
+    let squares: f64 = channels.map(|(a, b)| clamped_difference(a, b).powi(2)).sum();
+    Ok((squares / (3.0 * a.len().max(1) as f64)).sqrt())
+}
+
+/// Difference of one channel, 1 if either is not a number.
+fn clamped_difference(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { 1.0 } else { (a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).abs() }
+}
+
 /// Difference of one channel, and the same in 8-bit sRGB codes.
 fn difference(a: f64, b: f64) -> (f64, u8) {
     if a.is_nan() || b.is_nan() {
         return (1.0, u8::MAX);
     }
-    ((a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).abs(), code8(a as f32).abs_diff(code8(b as f32)))
+    (clamped_difference(a, b), code8(a as f32).abs_diff(code8(b as f32)))
 }
 
 /// A pixel's error, that of its worst channel, and the same in 8-bit sRGB codes; as in [`Metrics`].

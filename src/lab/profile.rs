@@ -4,6 +4,7 @@ use crate::plan::Plan;
 use crate::plan::memory_traffic;
 use crate::plan::passes::{self, Size};
 use crate::report::table::{Align, Table};
+use crate::report::test_counts;
 use crate::report::{PassInfo, Report, TimeInfo};
 use crate::settings::Precision;
 use crate::stats::{Quartiles, quartiles};
@@ -183,6 +184,8 @@ pub fn text(profile: &Profile) -> String {
     let time = &report.time;
     let both =
         |q: &Quartiles| format!("{} ({} to {})", seconds(q.median), seconds(q.lower), seconds(q.upper));
+    let tests =
+        report.tests.as_ref().map_or(String::new(), |tests| format!("\n{}", test_counts::text(tests)));
     format!(
         "{table}\n\
          medians of {} after a warm-up; IQR: interquartile range, the width of the middle half\n\
@@ -190,7 +193,7 @@ pub fn text(profile: &Profile) -> String {
          B: bytes of {}\n\
          render {}; {} rays/s\n\
          device {}\n\
-         other: scene {}, build {}, first dispatch {}; whole process {}\n",
+         other: scene {}, build {}, first dispatch {}; whole process {}\n{tests}",
         plural(spread.repeats as u64, "run"),
         spread.bytes_counted,
         both(&spread.render),

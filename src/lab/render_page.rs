@@ -5,12 +5,13 @@ use super::page::bars::{self, Bar};
 use super::page::markup::{escaped, facts, section};
 use super::page::views::{image, switch};
 use super::page::{document, pictures};
+use super::plot::{self, Axis, Chart, Legend, Look, Scale, Series};
 use super::profile::Spread;
 use crate::accuracy::promise::Layer;
 use crate::image::{Metadata, View, heat};
-use crate::report::{Report, text};
+use crate::report::{ReferencePoint, Report, text};
 use crate::stats::Quartiles;
-use crate::units::{figure, grouped, seconds, short};
+use crate::units::{figure, grouped, number, seconds, short};
 use std::io;
 
 /// What the page shows.
@@ -42,8 +43,10 @@ pub fn page(page: &RenderPage<'_>) -> io::Result<String> {
     body += &notes(page);
     body += &looks(page)?;
     body += &error(report);
+    body += &convergence(report)?;
     body += &passes(report, page.profile);
     body += &rays(report);
+    body += &tests(report);
     body += &about(page);
     Ok(document(&format!("{what} of {}", report.scene.file), &body))
 }
@@ -112,6 +115,42 @@ fn error(report: &Report) -> String {
     format!("<h2 id=\"error\">Error</h2>\n{words}{}", bars::svg("parts of the error", &parts))
 }
 
+/// Error against the reference picture, over time and over rays; empty without one.
+fn convergence(report: &Report) -> io::Result<String> {
+    let Some(reference) = report.reference.as_ref().filter(|r| !r.points.is_empty()) else {
+        return Ok(String::new());
+    };
+    let points = &reference.points;
+    let chart = |title, label, x: fn(&ReferencePoint) -> f64| Chart {
+        title,
+        x: Axis::around(label, Scale::Decades, points.iter().map(x)),
+        y: Axis::around("RMSE, linear light", Scale::Decades, points.iter().map(|p| p.rmse)),
+        series: vec![Series {
+            name: "this render".into(),
+            color: 0,
+            points: points.iter().map(|p| (x(p), p.rmse)).collect(),
+            look: Look::Marked,
+        }],
+        mark: None,
+        legend: Legend::LowerLeft,
+    };
+    let charts = [
+        chart("Error against time", "seconds since the first submit", |p| p.seconds),
+        chart("Error against rays", "rays of all kinds", |p| p.rays as f64),
+    ];
+    let svg = plot::svg(&charts, (960, 360)).map_err(io::Error::other)?;
+    let rows = points
+        .iter()
+        .map(|p| [format!("{:.4}", p.seconds), number(p.samples), grouped(p.rays), figure(p.rmse)]);
+    let note = format!(
+        "Error against {} after each round of samples: RMSE in linear light clamped to [0, 1]. Both axes are logarithmic. \
+         A curve that turns level has come down to the picture's own error, or to a bias such as that of the depth.",
+        escaped(&reference.file)
+    );
+    let table = section("Convergence", &note, (0, &["seconds", "samples per pixel", "rays", "RMSE"]), rows);
+    Ok(format!("{table}<figure id=\"convergence-plot\">{svg}</figure>\n"))
+}
+
 /// Device time per pass and depth: of one run, or the medians of several with their quartiles.
 fn passes(report: &Report, profile: Option<&Spread>) -> String {
     let single = |x: f64| Quartiles { lower: x, median: x, upper: x };
@@ -162,8 +201,11 @@ fn passes(report: &Report, profile: Option<&Spread>) -> String {
 }
 
 fn rays(report: &Report) -> String {
-    let cells =
-        report.rays.by_depth.iter().map(|d| [d.depth.to_string(), grouped(d.traced), grouped(d.shadow)]);
+    let cells = report.rays.by_depth.iter().map(|d| {
+        let kinds = [d.primary, d.reflection, d.refraction, d.shadow];
+        let [primary, reflection, refraction, shadow] = kinds.map(grouped);
+        [d.depth.to_string(), primary, reflection, refraction, shadow]
+    });
     let r = &report.rays;
     let note = format!(
         "Primary {}, reflection {}, refraction {}, shadow {}.",
@@ -172,7 +214,19 @@ fn rays(report: &Report) -> String {
         grouped(r.refraction),
         grouped(r.shadow)
     );
-    section("Rays", &note, (0, &["depth", "rays traced", "shadow rays"]), cells)
+    section("Rays", &note, (0, &["depth", "primary", "reflection", "refraction", "shadow"]), cells)
+}
+
+/// Box and primitive tests; empty if they were not counted.
+fn tests(report: &Report) -> String {
+    let rows = report.tests.iter().flat_map(|tests| &tests.by_kind).map(|k| {
+        let numbers = [k.rays, k.boxes, k.primitives].map(grouped);
+        let [rays, boxes, primitives] = numbers;
+        [k.kind.clone(), k.depth.to_string(), rays, boxes, primitives]
+    });
+    let note = "A box test is the box of one child of a node for one ray that still looks for a hit; a primitive test is one \
+                triangle or sphere for one such ray.";
+    section("Tests", note, (1, &["rays", "depth", "count", "box tests", "primitive tests"]), rows)
 }
 
 /// Device, scene, settings, plan, times and the program.
@@ -213,12 +267,12 @@ fn about(page: &RenderPage<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{DepthInfo, ErrorInfo, PassInfo};
+    use crate::report::{DepthInfo, ErrorInfo, PassInfo, ReferenceInfo};
 
     fn report() -> Report {
         let mut report = Report::default();
         report.scene.file = "<b>&.toml".into();
-        report.rays.by_depth = vec![DepthInfo { depth: 1, traced: 1234, shadow: 567 }];
+        report.rays.by_depth = vec![DepthInfo::of(1, [1234, 0, 0, 567])];
         let pass = |depth| PassInfo { name: "shade".into(), depth, launches: 1, seconds: 0.5, items: 9 };
         report.passes = vec![pass(1), pass(2), pass(3)];
         report
@@ -270,6 +324,20 @@ mod tests {
         // To scale: half of what was asked for, and a quarter.
         assert!(text.contains("width=\"200.0\"") && text.contains("width=\"100.0\""));
         assert!(text.contains("warning: a&lt;b") && text.contains("only 50.0 %"));
+    }
+
+    #[test]
+    fn a_reference_gives_two_curves_and_a_table() {
+        let mut report = report();
+        let point =
+            |n: f64| ReferencePoint { seconds: 0.1 * n, samples: n, rays: 1000 * n as u64, rmse: 0.1 / n };
+        let points = [1.0, 2.0, 4.0].map(point).to_vec();
+        report.reference = Some(ReferenceInfo { file: "t<.exr".into(), points });
+        let text = text_of(&report, &[], 1.0);
+        assert!(text.contains("Error against time") && text.contains("Error against rays"));
+        assert!(text.contains("t&lt;.exr") && text.contains("<td>4,000</td>"), "{text}");
+        let circles = text.matches("<circle ").count();
+        assert_eq!(circles, 2 * 3, "{circles}");
     }
 
     #[test]

@@ -197,6 +197,7 @@ fn specialisation(input: Input<'_>, loop_cap: u32) -> Specialisation {
         stack_size: abi::STACK_SIZE,
         triangles_outside: u32::from(packed.outside[0]),
         spheres_outside: u32::from(packed.outside[1]),
+        counting: u32::from(settings.schedule.count_tests),
         fused: 0,
     }
 }

@@ -88,6 +88,10 @@ fn moved(pass: &Pass, buffer: Buf, plan: &Plan) -> bool {
     let branching = plan.specialisation.branching != 0;
     let groups = plan.specialisation.light_count.max(1).div_ceil(plan.lights_per_pass.max(1));
     match (pass.kernel, buffer) {
+        // Only the tests of a survey go there.
+        (Kernel::Intersect, Buf::Paths) => {
+            plan.specialisation.survey != 0 && plan.specialisation.counting != 0
+        }
         (_, Buf::Paths | Buf::Marks | Buf::Pixels) => plan.specialisation.survey != 0,
         (Kernel::Shadow | Kernel::FusedDepth, Buf::SampleRadiance) => !branching,
         (Kernel::Shadow, Buf::Contributions) => branching || groups > 1,

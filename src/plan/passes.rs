@@ -90,8 +90,8 @@ pub const PROLOGUE: &[Pass] = &[Pass {
 pub const PER_DEPTH: &[Pass] = &[
     Pass {
         kernel: Kernel::Intersect,
-        reads: shapes![Rays, Queue, Counters],
-        writes: &[Hits, Counters],
+        reads: shapes![Rays, Queue, Paths, Counters],
+        writes: &[Hits, Paths, Counters],
         size: Size::Rays,
         when: When::Always,
         way: Way::Split,

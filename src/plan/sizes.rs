@@ -118,7 +118,10 @@ impl Plan {
             Buf::Pixels | Buf::Marks if survey => tile,
             Buf::Paths | Buf::Pixels | Buf::Marks => 1,
             Buf::DepthCounts => u64::from(settings.depth) + 1,
-            Buf::Counters => u64::from(abi::COUNTERS),
+            Buf::Counters => {
+                let of_tests = abi::TEST_WORDS * abi::RAY_KINDS * self.specialisation.counting;
+                u64::from(abi::COUNTERS) + u64::from(of_tests) * u64::from(settings.depth)
+            }
             Buf::SelfTest => 1,
         }
     }

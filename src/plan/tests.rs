@@ -98,6 +98,34 @@ fn large_images_and_deep_paths_are_cut_to_size() {
     }
 }
 
+/// Tests are counted where that is asked for, and nowhere else: the kernels that count are others.
+#[test]
+fn nothing_counts_unasked() {
+    let scene = scene();
+    for samples in [1, 1 << 20] {
+        for survey in [false, true] {
+            let of = |count_tests: bool| {
+                let mut settings = Settings { samples, ..Settings::of(&scene) };
+                settings.schedule.count_tests = count_tests;
+                let packed = pack_for(&scene, &settings, &Limits::LAVAPIPE);
+                let input = Input { packed: &packed, settings: &settings, limits: &Limits::LAVAPIPE, survey };
+                Plan::build(input).unwrap()
+            };
+            let (plain, counting) = (of(false), of(true));
+            assert_eq!((plain.specialisation.counting, counting.specialisation.counting), (0, 1));
+            let words = |plan: &Plan| plan.buffer_bytes[Buf::Counters as usize] / 4;
+            assert_eq!(words(&plain), u64::from(abi::COUNTERS));
+            let depth = u64::from(scene.render.depth);
+            assert_eq!(words(&counting) - words(&plain), depth * u64::from(abi::RAY_KINDS * abi::TEST_WORDS));
+            // Nothing else differs.
+            let mut same = counting;
+            same.specialisation.counting = 0;
+            same.buffer_bytes[Buf::Counters as usize] = plain.buffer_bytes[Buf::Counters as usize];
+            assert_eq!(same, plain);
+        }
+    }
+}
+
 /// A plan holds one form of nodes alone, and what it asks `pack` for is what it then needs.
 #[test]
 fn one_form_of_nodes_is_held() {

@@ -9,6 +9,7 @@ use crate::plan::dispatches::{Batch, Step, dispatches};
 use crate::plan::passes::Size;
 use crate::plan::tiles::{self, Tile};
 use crate::prepare::Packed;
+use crate::report::test_counts::tests_of;
 use crate::report::timeline::Submit;
 use crate::settings::Settings;
 use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
@@ -88,7 +89,7 @@ pub(crate) struct Batches {
     pub(crate) pipelines: Rc<Pipelines>,
     pub(crate) buffers: Buffers,
     pub(crate) recorder: Recorder,
-    settings: Settings,
+    pub(super) settings: Settings,
     pub(super) plan: Plan,
     lights: u32,
     pub(super) batch_samples: u32,
@@ -185,20 +186,25 @@ impl Batches {
                     tiles::push(&mut drawn.finished, tile);
                     drawn.tally.add(&tally);
                 }
-                End::Overflow if self.batch_samples > 1 => {
-                    self.batch_samples /= 2;
-                    work.push(tile);
-                }
-                End::Overflow => match tile.halves() {
-                    Some([first, second]) => work.extend([second, first]),
-                    None => return Err(self.pixel_too_deep(tile.x, tile.y)),
-                },
+                End::Overflow => self.retry(tile, &mut work)?,
             }
             if observer.cancelled() && !work.is_empty() {
                 break;
             }
         }
         Ok((done as f64 / total as f64, cut))
+    }
+
+    /// Puts a tile whose queue overflowed back to `work`, for smaller batches or in halves.
+    pub(super) fn retry(&mut self, tile: Tile, work: &mut Vec<Tile>) -> Result<(), RenderError> {
+        if self.batch_samples > 1 {
+            self.batch_samples /= 2;
+            work.push(tile);
+            return Ok(());
+        }
+        let halves = tile.halves().ok_or_else(|| self.pixel_too_deep(tile.x, tile.y))?;
+        work.extend(halves.into_iter().rev());
+        Ok(())
     }
 
     pub(super) fn pixel_too_deep(&self, x: u32, y: u32) -> RenderError {
@@ -214,6 +220,22 @@ impl Batches {
         done: u64,
         total: u64,
     ) -> Result<End, RenderError> {
+        self.samples_onto(None, part, samples, observer, done, total)
+    }
+
+    /// As [`Batches::samples`], added to `film`, the sums of the samples before them.
+    pub(super) fn samples_onto(
+        &mut self,
+        film: Option<&[Film]>,
+        part: &Part,
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+        done: u64,
+        total: u64,
+    ) -> Result<End, RenderError> {
+        if let Some(film) = film {
+            self.recorder.upload(&mut self.buffers, Buf::Film, bytemuck::cast_slice(film))?;
+        }
         let pixels = u64::from(part.pixels);
         let mut tally = Tally { tiles: 1, pixels, ..Tally::default() };
         let mut first = samples.start;
@@ -225,7 +247,9 @@ impl Batches {
                 }
             }
             if first == samples.start {
-                self.recorder.fill(&self.buffers, Buf::Film, 0);
+                if film.is_none() {
+                    self.recorder.fill(&self.buffers, Buf::Film, 0);
+                }
                 self.recorder.fill(&self.buffers, Buf::Marks, 0);
             }
             self.recorder.fill(&self.buffers, Buf::DepthCounts, 0);
@@ -281,10 +305,10 @@ impl Batches {
     /// Adds the submit's counts; true if a queue was too small.
     fn read_counts(&mut self, tally: &mut Tally) -> bool {
         let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
+        let end = bytes + self.buffers.bytes(Buf::Counters) as usize;
         let staging = self.buffers.staging_bytes();
         let depths: Vec<DepthCount> = bytemuck::pod_collect_to_vec(&staging[..bytes]);
-        let counters: Vec<u32> =
-            bytemuck::pod_collect_to_vec(&staging[bytes..bytes + 4 * abi::COUNTERS as usize]);
+        let counters: Vec<u32> = bytemuck::pod_collect_to_vec(&staging[bytes..end]);
         if counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
             return true;
         }
@@ -294,6 +318,7 @@ impl Batches {
                 .map(|d| [d.traced, d.reflections, d.refractions, d.shadow].map(u64::from))
                 .collect(),
             counters: std::array::from_fn(|i| u64::from(counters[i])),
+            tests: tests_of(&counters),
             ..Tally::default()
         };
         tally.add(&counted);

@@ -1,12 +1,15 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod convergence;
 mod error;
 mod identity;
+mod pixel_tests;
 mod prepared;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
+mod stages;
 mod submit_log;
 mod survey;
 mod tally;
@@ -14,6 +17,7 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
+pub use convergence::Convergence;
 pub use error::RenderError;
 pub use identity::{Identity, Mismatch};
 pub(crate) use prepared::Built;
@@ -78,6 +82,26 @@ pub trait Observer {
     fn progress(&mut self, done: u64, total: u64);
     /// True once the render should stop after the submit in flight.
     fn cancelled(&self) -> bool;
+    /// True to be given the image on its way, by [`Observer::image`]. A render with fixed settings then traces the whole
+    /// image with 1, 2, 4, ... samples a pixel, up to the same bits as otherwise; one that is resumed gives none.
+    fn watches(&self) -> bool {
+        false
+    }
+    /// The image so far, after each round of samples, where [`Observer::watches`] is true; the last is the whole image.
+    fn image(&mut self, _so_far: &ImageSoFar<'_>) {}
+}
+
+/// An image on its way.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageSoFar<'a> {
+    /// Rows from the top, linear RGB, unclamped.
+    pub linear: &'a [[f32; 3]],
+    /// Samples per pixel, the mean over the image.
+    pub samples: f64,
+    /// Rays of all kinds so far.
+    pub rays: u64,
+    /// Seconds since the first submit.
+    pub seconds: f64,
 }
 
 /// An observer that only lets things run.

@@ -180,13 +180,17 @@ impl Prepared {
         earlier: Option<ResumeState<Tiles>>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
+        let in_rounds = observer.watches() && earlier.is_none();
         let (mut drawn, before) = match earlier {
             None => (Drawn::new(self.settings()), TimeInfo::default()),
             Some(earlier) => earlier.into_drawn(&self.identity())?,
         };
         let start = Instant::now();
         self.batches.begin();
-        let (done, cut) = self.batches.render(&mut drawn, observer)?;
+        let (done, cut) = match in_rounds {
+            true => self.batches.render_in_rounds(&mut drawn, observer)?,
+            false => self.batches.render(&mut drawn, observer)?,
+        };
         let render = start.elapsed();
         self.trace.phases.push(Phase::since("render", start));
         if let Some(submits) = &mut self.batches.trace {

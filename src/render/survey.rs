@@ -67,6 +67,11 @@ impl Survey {
         self.tally.report(&self.settings, self.prepared.packed(), self.prepared.plan())
     }
 
+    /// Rays of all kinds so far.
+    pub fn rays(&self) -> u64 {
+        self.tally.rays()
+    }
+
     /// Replicates of every pixel.
     pub fn replicates(&self) -> usize {
         self.settings.replicates.max(1) as usize

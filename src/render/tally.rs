@@ -5,9 +5,8 @@ use crate::kernel::table::Kernel;
 use crate::plan::Plan;
 use crate::plan::passes::Size;
 use crate::prepare::Packed;
-use crate::report::{
-    Counters, DepthInfo, LocalFrameInfo, PassInfo, PlanInfo, Report, SceneInfo, SettingsInfo,
-};
+use crate::report::test_counts::{KindTests, TestCounts};
+use crate::report::{Counters, LocalFrameInfo, PassInfo, PlanInfo, RayInfo, Report, SceneInfo, SettingsInfo};
 use crate::settings::Settings;
 use crate::vk::Timed;
 use serde::{Deserialize, Serialize};
@@ -22,6 +21,9 @@ pub(super) struct Tally {
     #[serde(with = "rows")]
     pub(super) passes: BTreeMap<(u32, usize), (u64, f64)>,
     pub(super) counters: [u64; abi::COUNTERS as usize],
+    /// Tests of each depth and kind of ray; none if they are not counted.
+    #[serde(default)]
+    pub(super) tests: Vec<KindTests>,
     pub(super) tiles: u64,
     pub(super) batches: u64,
     pub(super) samples: u64,
@@ -52,6 +54,11 @@ impl Tally {
         for (a, b) in self.depths.iter_mut().zip(&other.depths) {
             a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
         }
+        if self.tests.len() < other.tests.len() {
+            self.tests.resize(other.tests.len(), KindTests::default());
+        }
+        let (sums, more) = (self.tests.as_flattened_mut().as_flattened_mut(), other.tests.as_flattened());
+        sums.iter_mut().zip(more.as_flattened()).for_each(|(a, b)| *a += b);
         for (key, (launches, seconds)) in &other.passes {
             let row = self.passes.entry(*key).or_default();
             *row = (row.0 + launches, row.1 + seconds);
@@ -61,6 +68,11 @@ impl Tally {
         self.batches += other.batches;
         self.samples += other.samples;
         self.pixels += other.pixels;
+    }
+
+    /// Rays of all kinds.
+    pub(super) fn rays(&self) -> u64 {
+        self.depths.iter().map(|[traced, _, _, shadow]| traced + shadow).sum()
     }
 
     pub(super) fn add_timings(&mut self, timed: &[Timed]) {
@@ -101,16 +113,8 @@ impl Tally {
             },
             ..Report::default()
         };
-        for (i, [traced, reflections, refractions, shadow]) in self.depths.iter().enumerate() {
-            if *traced == 0 {
-                break;
-            }
-            report.rays.primary += if i == 0 { *traced } else { 0 };
-            report.rays.reflection += reflections;
-            report.rays.refraction += refractions;
-            report.rays.shadow += shadow;
-            report.rays.by_depth.push(DepthInfo { depth: i as u32 + 1, traced: *traced, shadow: *shadow });
-        }
+        report.rays = RayInfo::of(&self.depths);
+        report.tests = (plan.specialisation.counting != 0).then(|| TestCounts::of(&report.rays, &self.tests));
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {

@@ -158,11 +158,26 @@ pub struct RayInfo {
     pub refraction: u64,
     /// Shadow rays.
     pub shadow: u64,
-    /// The same by depth, 1 = primary.
+    /// The same by depth, from 1.
     pub by_depth: Vec<DepthInfo>,
 }
 
 impl RayInfo {
+    /// From what each depth counted, from 1: rays traced, reflection and refraction rays among them, and shadow rays.
+    /// It ends at the first depth without rays.
+    pub fn of(depths: &[[u64; 4]]) -> RayInfo {
+        let live = depths.iter().take_while(|counts| counts[0] > 0);
+        let by_depth: Vec<DepthInfo> = (1..).zip(live).map(|(d, counts)| DepthInfo::of(d, *counts)).collect();
+        let sum = |kind: fn(&DepthInfo) -> u64| by_depth.iter().map(kind).sum();
+        RayInfo {
+            primary: sum(|d| d.primary),
+            reflection: sum(|d| d.reflection),
+            refraction: sum(|d| d.refraction),
+            shadow: sum(|d| d.shadow),
+            by_depth,
+        }
+    }
+
     /// All rays.
     pub fn total(&self) -> u64 {
         self.primary + self.reflection + self.refraction + self.shadow
@@ -170,14 +185,31 @@ impl RayInfo {
 }
 
 /// Rays of one depth.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DepthInfo {
     /// 1 = primary rays.
     pub depth: u32,
     /// Primary, reflection and refraction rays traced at this depth.
     pub traced: u64,
+    /// Camera rays among them; 0 from depth 2 on.
+    #[serde(default)]
+    pub primary: u64,
+    /// Reflection rays among them.
+    #[serde(default)]
+    pub reflection: u64,
+    /// Refraction rays among them.
+    #[serde(default)]
+    pub refraction: u64,
     /// Shadow rays cast from their hits.
     pub shadow: u64,
+}
+
+impl DepthInfo {
+    /// From rays traced, reflection and refraction rays among them, and shadow rays.
+    pub fn of(depth: u32, [traced, reflection, refraction, shadow]: [u64; 4]) -> DepthInfo {
+        let primary = traced.saturating_sub(reflection + refraction);
+        DepthInfo { depth, traced, primary, reflection, refraction, shadow }
+    }
 }
 
 /// One pass at one depth.
@@ -219,6 +251,9 @@ pub struct ErrorInfo {
     pub rounding: Option<f64>,
     /// Pixels with a sample whose path differs in f64.
     pub rounding_pixels: Option<u64>,
+    /// RMSE from the same samples in f64 over the other pixels; null unless every sample was compared.
+    #[serde(default)]
+    pub rounding_values: Option<f64>,
     /// RMSE of the file as it is written; null if no file was asked for.
     #[serde(default)]
     pub encoding: Option<f64>,
@@ -235,6 +270,28 @@ pub struct ErrorInfo {
     pub void: Option<String>,
     /// Sum of the known parts.
     pub total: f64,
+}
+
+/// The error of the image on its way, against a reference picture.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceInfo {
+    /// The picture's path as given.
+    pub file: String,
+    /// After each round of samples; the last is of the whole image.
+    pub points: Vec<ReferencePoint>,
+}
+
+/// The error after some of the samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReferencePoint {
+    /// Since the first submit, without the time that comparisons took.
+    pub seconds: f64,
+    /// Samples per pixel, the mean over the image.
+    pub samples: f64,
+    /// Rays of all kinds.
+    pub rays: u64,
+    /// RMSE over all pixels and channels, in linear light clamped to [0, 1].
+    pub rmse: f64,
 }
 
 /// The error or time asked for.

@@ -11,6 +11,8 @@ pub mod receipt;
 #[doc(hidden)]
 pub mod table;
 #[doc(hidden)]
+pub mod test_counts;
+#[doc(hidden)]
 pub mod text;
 #[doc(hidden)]
 pub mod timeline;
@@ -19,6 +21,7 @@ pub use info::*;
 
 use receipt::Receipt;
 use serde::{Deserialize, Serialize};
+use test_counts::TestCounts;
 
 /// The report of one render.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -38,10 +41,16 @@ pub struct Report {
     pub time: TimeInfo,
     /// Rays traced.
     pub rays: RayInfo,
+    /// Box and primitive tests; absent unless counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tests: Option<TestCounts>,
     /// One row per pass and depth, in the order of dispatch.
     pub passes: Vec<PassInfo>,
     /// Error bounds; null if not asked for.
     pub error: Option<ErrorInfo>,
+    /// The error against a reference picture; absent if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceInfo>,
     /// The error or time asked for.
     pub asked: AskedInfo,
     /// Counts of numerical faults.

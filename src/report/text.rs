@@ -1,7 +1,7 @@
 //! The report of a render as text for people.
 
 use super::table::{Align, Table};
-use super::{PassInfo, Report};
+use super::{PassInfo, ReferenceInfo, Report};
 use crate::units::{bytes, figure, grouped, number, plural, seconds, short};
 
 /// One line: file, size, samples, depth, rays and seconds.
@@ -51,8 +51,12 @@ pub fn error(report: &Report) -> Vec<String> {
     });
     lines.push(match (e.rounding, e.rounding_pixels) {
         (Some(part), Some(pixels)) => {
+            let others = match e.rounding_values {
+                Some(values) if pixels > 0 => format!(", {} in the others", figure(values)),
+                _ => String::new(),
+            };
             let pixels = plural(pixels, "pixel");
-            format!("  rounding   {} ({pixels} with different paths in f64)", figure(part))
+            format!("  rounding   {} ({pixels} with different paths in f64{others})", figure(part))
         }
         _ => "  rounding   not measured (not compared with f64)".into(),
     });
@@ -100,10 +104,31 @@ pub fn warnings(report: &Report) -> Vec<String> {
     .collect()
 }
 
-/// Device, scene and plan; time per pass and depth; rays per depth; totals.
+/// Device, scene and plan; time per pass and depth; rays per depth and kind; totals.
 pub fn report(report: &Report) -> String {
     let passes = passes(report) + "items: rays, samples or pixels, depending on the pass\n";
-    [about(report), passes, rays(report), totals(report)].join("\n")
+    let mut parts = vec![about(report), passes, rays(report)];
+    parts.extend(report.reference.as_ref().map(convergence));
+    parts.push(totals(report));
+    parts.join("\n")
+}
+
+/// Error against the reference picture after each round of samples.
+fn convergence(reference: &ReferenceInfo) -> String {
+    use Align::Right;
+    let mut table = Table::new(&[("seconds", Right), ("samples", Right), ("rays", Right), ("RMSE", Right)]);
+    for p in &reference.points {
+        table.row([format!("{:.4}", p.seconds), number(p.samples), grouped(p.rays), figure(p.rmse)]);
+    }
+    format!("error against {}\n{table}", reference.file)
+}
+
+/// One line: the error of the whole image against the reference picture; none without one.
+pub fn reference(report: &Report) -> Option<String> {
+    let reference = report.reference.as_ref()?;
+    let last = reference.points.last()?;
+    let error = figure(last.rmse);
+    Some(format!("difference from {}: {error} (RMSE in linear light from 0 to 1)", reference.file))
 }
 
 /// Device, scene, local frame, settings and plan, one line each.
@@ -207,19 +232,23 @@ fn passes(report: &Report) -> String {
 fn rays(report: &Report) -> String {
     use Align::Right;
     let rays = &report.rays;
-    let mut table = Table::new(&[("depth", Right), ("rays traced", Right), ("shadow rays", Right)]);
-    for row in &rays.by_depth {
-        table.row([row.depth.to_string(), grouped(row.traced), grouped(row.shadow)]);
+    let mut table = Table::new(&[
+        ("depth", Right),
+        ("primary rays", Right),
+        ("reflection", Right),
+        ("refraction", Right),
+        ("shadow", Right),
+        ("all", Right),
+    ]);
+    let mut row = |name: String, kinds: [u64; 4]| {
+        let [primary, reflection, refraction, shadow] = kinds.map(grouped);
+        table.row([name, primary, reflection, refraction, shadow, grouped(kinds.iter().sum())]);
+    };
+    for d in &rays.by_depth {
+        row(d.depth.to_string(), [d.primary, d.reflection, d.refraction, d.shadow]);
     }
-    let traced = rays.primary + rays.reflection + rays.refraction;
-    table.row(["all".into(), grouped(traced), grouped(rays.shadow)]);
-    format!(
-        "{table}primary {}, reflection {}, refraction {}, shadow {}\n",
-        grouped(rays.primary),
-        grouped(rays.reflection),
-        grouped(rays.refraction),
-        grouped(rays.shadow),
-    )
+    row("all".into(), [rays.primary, rays.reflection, rays.refraction, rays.shadow]);
+    table.to_string()
 }
 
 fn totals(report: &Report) -> String {

@@ -229,6 +229,8 @@ pub struct Schedule {
     pub hierarchy: Hierarchy,
     /// One kernel for the stages of a depth, as in long renders, where the plan has one.
     pub fused: Option<bool>,
+    /// Count box and primitive tests ([`Report::tests`](crate::Report::tests)), by kernels that are slower.
+    pub count_tests: bool,
     /// Features that kernels have although the scene lacks them.
     pub forced_features: ForcedFeatures,
 }

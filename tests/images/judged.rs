@@ -3,7 +3,7 @@
 use crate::common::{device, first_hits, render, renderer, scenes, small};
 use whitted::compare::metrics::{edge_length, hit_mismatches, mismatch_bound};
 use whitted::reference::oracle::{Oracle, OracleImage};
-use whitted::report::RayInfo;
+use whitted::report::{DepthInfo, RayInfo};
 use whitted::scene::Scene;
 use whitted::settings::Settings;
 
@@ -64,7 +64,9 @@ fn counts(scene: &Scene, found: &RayInfo, truth: &RayInfo, mismatches: f64) -> R
     for (a, b) in found.by_depth.iter().zip(&truth.by_depth) {
         let bound = mismatches * f64::from(1u32 << (b.depth - 1));
         let lights = scene.lights.len() as f64;
-        if a.traced.abs_diff(b.traced) as f64 > bound || a.shadow.abs_diff(b.shadow) as f64 > lights * bound {
+        let kinds = |d: &DepthInfo| [d.traced, d.primary, d.reflection, d.refraction];
+        let worst = kinds(a).into_iter().zip(kinds(b)).map(|(a, b)| a.abs_diff(b)).max().unwrap_or(0);
+        if worst as f64 > bound || a.shadow.abs_diff(b.shadow) as f64 > lights * bound {
             return Err(format!("depth {}: {a:?}, not {b:?}, within {bound:.1}", b.depth));
         }
     }

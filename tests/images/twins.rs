@@ -4,10 +4,13 @@ use crate::common::build::{Add, everything, matte};
 use crate::common::{render, renderer, scenes, small};
 use glam::DVec3;
 use whitted::image::linear_sha256;
-use whitted::plan::{Plan, pack_for};
+use whitted::plan::{Plan, brute_force_max, pack_for};
+use whitted::prepare::pack;
 use whitted::reference::twin;
 use whitted::report::Report;
+use whitted::report::test_counts::TestCounts;
 use whitted::scene::Scene;
+use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::sampler::Sampler;
 use whitted::settings::{Origin, Precision, Schedule, Settings};
 
@@ -22,9 +25,9 @@ const ARITHMETIC: [(Precision, Origin, Sampler); 4] = [
 /// Scenes that between them have every feature.
 const MANY_SIDED: [&str; 2] = ["everything", "planet"];
 
-/// Per depth: traced and shadow rays, as far as rays go.
-fn by_depth(report: &Report) -> Vec<[u64; 2]> {
-    report.rays.by_depth.iter().map(|d| [d.traced, d.shadow]).collect()
+/// Per depth: traced, reflection, refraction and shadow rays, as far as rays go.
+fn by_depth(report: &Report) -> Vec<[u64; 4]> {
+    report.rays.by_depth.iter().map(|d| [d.traced, d.reflection, d.refraction, d.shadow]).collect()
 }
 
 fn same_bits(a: &[[f32; 3]], b: &[[f32; 3]]) -> bool {
@@ -55,8 +58,7 @@ fn the_device_gives_the_twins_image_and_counts() {
         let different = linear.iter().zip(&device.linear).filter(|(a, b)| a != b).count();
         assert!(same_bits(&linear, &device.linear), "{name}: {different} of {} pixels differ", linear.len());
         let found = by_depth(&device.report);
-        let expected: Vec<[u64; 2]> =
-            counts.depths.iter().map(|d| [d[0], d[3]]).take_while(|d| d[0] > 0).collect();
+        let expected: Vec<[u64; 4]> = counts.depths.iter().copied().take_while(|d| d[0] > 0).collect();
         assert_eq!(found, expected, "{name}");
         assert!(linear.iter().flatten().any(|c| *c > 0.0), "{name} is black");
         // The comparison can fail.
@@ -87,5 +89,46 @@ fn the_hierarchy_changes_no_bit() {
             linear_sha256(&render(&mut renderer, &scene, &settings).linear)
         });
         assert_eq!(hashes[0], hashes[1], "{name}: hierarchy and brute force differ");
+    }
+}
+
+/// Whole images in every traversal and both precisions: the tests that the device counts are the twins', by depth and
+/// kind of ray, and the image keeps its bits.
+#[test]
+fn the_device_counts_the_tests_that_the_twins_count() {
+    let mut renderer = renderer();
+    let limits = renderer.device().limits();
+    let forced_features = ForcedFeatures::default().with(Feature::LoneRays);
+    let ways = [
+        (Precision::Robust, Schedule { fused: Some(true), ..Schedule::default() }),
+        (Precision::Robust, Schedule { fused: Some(false), ..Schedule::default() }),
+        (Precision::Robust, Schedule { forced_features, ..Schedule::default() }),
+        (Precision::Double, Schedule::default()),
+    ];
+    for (precision, schedule) in ways {
+        for brute_force in [Some(true), Some(false)] {
+            renderer.force_brute_force(brute_force);
+            let scene = everything();
+            let plain = Settings { precision, schedule, ..small(&scene, 37, 3, 11) };
+            let count_tests = Schedule { count_tests: true, tile_pixels: Some(301), ..schedule };
+            let settings = Settings { schedule: count_tests, ..plain.clone() };
+            let what = format!("{precision:?}, {schedule:?}, {brute_force:?}");
+            let packed = pack(&scene, &settings, brute_force_max(brute_force, &settings, &limits));
+            let plan = Plan::new(&packed, &settings, &limits).unwrap();
+            let (linear, counts) = twin::render(&packed, &scene, &settings, &plan).unwrap();
+            let device = render(&mut renderer, &scene, &settings);
+            let uncounted = render(&mut renderer, &scene, &plain);
+            assert!(same_bits(&linear, &device.linear) && same_bits(&linear, &uncounted.linear), "{what}");
+            let found = device.report.tests.unwrap();
+            assert_eq!(found, TestCounts::of(&device.report.rays, &counts.tests), "{what}");
+            assert_eq!(uncounted.report.tests, None);
+            // The formula of brute force holds for whole images.
+            let primitives = packed.primitive_count() as u64;
+            let rays = device.report.rays.total();
+            match brute_force {
+                Some(true) => assert_eq!([found.boxes, found.primitives], [0, primitives * rays], "{what}"),
+                _ => assert!(found.boxes > rays && found.primitives < primitives * rays, "{what}: {found:?}"),
+            }
+        }
     }
 }

@@ -153,7 +153,7 @@ impl State {
             Buf::Media | Buf::NextMedia => (2 * RAYS * v.media) as usize,
             Buf::ChildCounts | Buf::ChildMasks | Buf::Offsets => 4224,
             Buf::DepthCounts => 4,
-            Buf::Counters => COUNTERS as usize,
+            Buf::Counters => (COUNTERS + TEST_WORDS * RAY_KINDS * 4) as usize,
             Buf::EyeMedia => v.media as usize,
             Buf::Queue | Buf::NextQueue => 1,
             _ => 2 * RAYS as usize,
@@ -206,7 +206,7 @@ impl State {
     /// The state after `intersect`; contributions hold something for a second `shadow` pass to add to.
     pub fn hit(&self) -> Memory {
         let mut m = self.memory.clone();
-        m.run(Kernel::Intersect, &self.spec, &self.push());
+        m.run(Kernel::Intersect, &Specialisation { counting: 0, ..self.spec }, &self.push());
         m.words_mut(Buf::Counters).fill(0);
         m
     }
@@ -492,6 +492,6 @@ fn ray(m: &Memory, rng: &mut Rng, sample_index: u32) -> Ray {
         throughput: rng.vector().map(f32::abs),
         sample_index,
         skip,
-        pad: 0,
+        kind: sample_index % 3,
     }
 }

@@ -96,7 +96,7 @@ void unpack(uvec4 a, uvec4 b, uvec4 c, uvec4 d, out Surface v) {
 void pack(Ray v, out uvec4 a, out uvec4 b, out uvec4 c) {
     a = uvec4(floatBitsToUint(v.origin), word(v.direction.x));
     b = uvec4(floatBitsToUint(v.direction.yz), v.sample_index, v.skip);
-    c = uvec4(floatBitsToUint(v.throughput), v.pad);
+    c = uvec4(floatBitsToUint(v.throughput), v.kind);
 }
 void pack(Hit v, out uvec4 a) {
     a = uvec4(word(v.t), word(v.u), word(v.v), v.primitive);

@@ -75,11 +75,12 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
 #endif
     if (counted > 0u) atomicAdd(depth_counts[push.depth - 1u].shadow, counted);
     if (!mine) return;
+    note_tests(ray.sample_index, RAY_SHADOW);
     if (survey != 0u) {
         uint sample_index = ray.sample_index;
         uint kind = hit ? s.flags & ((1u << PREFIX_SHIFT) - 1u) : 0u;
         atomicAdd(paths[sample_index].hash, pcg4d(uvec4(id_of(s.primitive), kind, push.depth, push.light_begin << 8u | seen)).x);
-        atomicAdd(paths[sample_index].rays, shadow_rays + (first ? 1u : 0u));
+        if (counting == 0u) atomicAdd(paths[sample_index].rays, shadow_rays + (first ? 1u : 0u));
         atomicMax(paths[sample_index].depth, push.depth);
     }
     if (!last) {

@@ -34,6 +34,11 @@ void change_media(uint from, uint to, uint solid, bool leaves) {
     for (; n < media_capacity; n++) next_media[to * media_capacity + n] = 0u;
 }
 
+// `Ray::kind`.
+uint kind_of(uint kind) {
+    return counting != 0u ? kind : 0u;
+}
+
 // Children of `ray` at surface `s`, from place `to` on, reflection first. `from` is the place of the ray's
 // list of solids, `secondary` the material's weight.
 void spawn(Surface s, Ray ray, float secondary, uint from, uint to) {
@@ -44,13 +49,13 @@ void spawn(Surface s, Ray ray, float secondary, uint from, uint to) {
     float shift = camera[0].origin_shift;
     if ((s.flags & CHILD_REFLECTED) != 0u) {
         real3 w = above(reflected(d, s.normal, s.cosine), s.offset);
-        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.sample_index, skip, s.share * throughput, 0u));
+        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.sample_index, skip, s.share * throughput, kind_of(RAY_REFLECTION)));
         keep_media(from, to);
         to++;
     }
     if ((s.flags & CHILD_REFRACTED) != 0u) {
         real3 w = s.eta == 1.0 ? d : refracted(d, s.normal, s.eta, s.cosine);
-        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.sample_index, skip, (1.0 - s.share) * throughput, 0u));
+        store_next_rays(to, Ray(spawn_origin(s.position, s.offset, w, shift), w, ray.sample_index, skip, (1.0 - s.share) * throughput, kind_of(RAY_REFRACTION)));
         if (s.solid != 0u) {
             change_media(from, to, s.solid, (s.flags & LEAVES) != 0u);
         } else {

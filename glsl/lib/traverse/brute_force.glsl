@@ -6,6 +6,7 @@
 // GPU the lanes do not diverge.
 void filtered_brute_force(TraversalRay r, bool any, inout Best best) {
     uint candidates = 0u;
+    count_primitives(outside_triangle_count + outside_sphere_count);
     [[unroll]] for (uint i = 0u; i < outside_triangle_count; i++) candidates |= filter_triangle(i, r);
     [[unroll]] for (uint i = 0u; i < outside_sphere_count; i++) candidates |= filter_sphere(i, r);
     const bool has_other_bits = outside_triangle_count < 32u;
@@ -51,6 +52,7 @@ void traverse_brute_force(TraversalRay r, bool any, inout Best best) {
     if (triangle_count + sphere_count <= UNROLL_MAX) {
         filtered_brute_force(r, any, best);
     } else {
+        count_primitives(triangle_count + sphere_count);
         [[dont_unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
         [[dont_unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
     }
@@ -61,10 +63,14 @@ void traverse_brute_force(TraversalRay r, bool any, inout Best best) {
 // together. `alive`: the ray looks for hits.
 void test_outside(TraversalRay r, bool alive, bool any, inout Best best) {
     for (uint i = 0u; i < outside_triangle_count; i++) {
-        try_triangle(gather_triangle(i), i, alive && !(any && best.primitive != NONE), r, best);
+        bool looks = alive && !(any && best.primitive != NONE);
+        count_primitives(looks ? 1u : 0u);
+        try_triangle(gather_triangle(i), i, looks, r, best);
     }
     for (uint i = 0u; i < outside_sphere_count; i++) {
-        try_sphere(gather_sphere(i), triangle_count + i, alive && !(any && best.primitive != NONE), r, best);
+        bool looks = alive && !(any && best.primitive != NONE);
+        count_primitives(looks ? 1u : 0u);
+        try_sphere(gather_sphere(i), triangle_count + i, looks, r, best);
     }
 }
 #endif

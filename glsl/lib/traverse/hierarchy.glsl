@@ -17,6 +17,12 @@ void order(inout real t0, inout uint c0, inout real t1, inout uint c1) {
     c0 = c;
 }
 
+// Children that are there: the box of one that is not is inverted.
+uint present(Node n) {
+    return (n.lo_0.x <= n.hi_0.x ? 1u : 0u) + (n.lo_1.x <= n.hi_1.x ? 1u : 0u) + (n.lo_2.x <= n.hi_2.x ? 1u : 0u)
+        + (n.lo_3.x <= n.hi_3.x ? 1u : 0u);
+}
+
 // Three loops within one, each as short as can be, so that lanes which have something to do seldom
 // wait for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal
 // on GPUs", HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes
@@ -32,6 +38,7 @@ void traverse_hierarchy(TraversalRay r, bool any, inout Best best) {
         while (candidate == NONE && (current != DONE || at < end)) {
             while (at == end && (current & LEAF_BIT) == 0u) {
                 Node n = load_nodes(current);
+                if (counting != 0u) count_boxes(present(n));
                 real t0 = entry(n.lo_0, n.hi_0, r, best.t), t1 = entry(n.lo_1, n.hi_1, r, best.t);
                 real t2 = entry(n.lo_2, n.hi_2, r, best.t), t3 = entry(n.lo_3, n.hi_3, r, best.t);
                 uint c0 = n.child_0, c1 = n.child_1, c2 = n.child_2, c3 = n.child_3;
@@ -64,6 +71,7 @@ void traverse_hierarchy(TraversalRay r, bool any, inout Best best) {
                 current = stack[--top];
             }
             while (candidate == NONE && at < end) {
+                count_primitives(1u);
                 candidate = may_hit(at, r) ? at : NONE;
                 at++;
                 steps++;

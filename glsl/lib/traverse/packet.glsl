@@ -237,6 +237,11 @@ void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
         do {
             CompressedChild low_child = load_compressed_nodes(current * 8u + lane), high_child = low_child;
             if (lanes < 8u) high_child = load_compressed_nodes(current * 8u + 4u + lane);
+            if (counting != 0u) {
+                uint high_present = lanes < 8u && high_child.link != NONE ? 1u : 0u;
+                uint present = sum_lanes((low_child.link != NONE ? 1u : 0u) + high_present);
+                count_boxes(limit >= 0.0 ? present : 0u);
+            }
             real3 origin = grid_numbers(low_child, high_child, 0u);
             real3 pace = grid_numbers(low_child, high_child, 3u);
             int low = sort_key(low_child, lane, origin, pace, packet), high = UNMET;
@@ -264,10 +269,12 @@ void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
             bool leaf = current != DONE;
             if (triangles_in_hierarchy) {
                 bool mine = leaf && limit >= 0.0 && (!spheres_in_hierarchy || at < triangle_count);
+                count_primitives(mine ? 1u : 0u);
                 try_triangle(gather_triangle(leaf ? at : 0u), at, mine, r, best);
             }
             if (spheres_in_hierarchy) {
                 bool sphere = leaf && at >= triangle_count, mine = sphere && limit >= 0.0;
+                count_primitives(mine ? 1u : 0u);
                 try_sphere(gather_sphere(sphere ? at - triangle_count : 0u), at, mine, r, best);
             }
             limit = limit >= 0.0 ? (any && best.primitive != NONE ? real(-1.0) : best.t) : limit;

@@ -10,7 +10,7 @@
 //
 // All of them find the same hits, bit for bit (numerics.md, Boxes).
 //
-// Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(extended_spheres), FETCHES_NODES,
+// Needs FETCHES_4(triangles), FETCHES_2(spheres), READS(extended_spheres), FETCHES_NODES, UPDATES(paths),
 // UPDATES(counters).
 #include "base/numeric.glsl"
 #include "shape/triangle.glsl"
@@ -21,6 +21,7 @@
 #endif
 #include "traverse/traversal_ray.glsl"
 #include "traverse/best_hit.glsl"
+#include "traverse/count_tests.glsl"
 
 const bool by_hierarchy = use_bvh != 0u;
 
@@ -49,8 +50,10 @@ Hit closest_hit(TraversalRay r, real limit, bool any) {
     if (!finite && limit > 0.0) atomicAdd(counters[COUNTER_NAN_RAYS], 1u);
     // Nothing lies before t = 0, so a limit of 0 finds nothing.
     Best best = Best(finite ? limit : real(0.0), 0.0, 0.0, NONE, NONE);
+    uvec2 before = tests;
     if (!by_hierarchy) {
         traverse_brute_force(r, any, best);
+        if (counting != 0u && !(finite && limit > 0.0)) tests = before;
         return Hit(best.t, best.u, best.v, best.primitive);
     }
 #ifdef LANES
@@ -60,5 +63,6 @@ Hit closest_hit(TraversalRay r, real limit, bool any) {
     if (outside_triangle_count + outside_sphere_count != 0u) filtered_brute_force(r, any, best);
     if (!(any && best.primitive != NONE)) traverse_hierarchy(r, any, best);
 #endif
+    if (counting != 0u && !(finite && limit > 0.0)) tests = before;
     return Hit(best.t, best.u, best.v, best.primitive);
 }

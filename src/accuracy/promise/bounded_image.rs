@@ -1,7 +1,7 @@
 //! An image with an error bound, and its layers.
 
 use super::{Bounded, Task};
-use crate::accuracy::budget;
+use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{self, Format, SaveError, View, linear_sha256};
@@ -21,9 +21,12 @@ pub struct BoundedImage {
     /// Greatest radiance of a ray in this scene.
     #[doc(hidden)]
     pub limit: RadianceLimit,
-    /// Difference of each pixel's worst channel from the same samples in f64, rows from the top; `None` unless all
-    /// samples were compared.
-    pub rounding: Option<Vec<f64>>,
+    /// Comparison with the same samples in f64, rows from the top; `None` unless all samples were compared.
+    #[doc(hidden)]
+    pub rounding: Option<Rounding>,
+    /// Box and primitive tests of each pixel, rows from the top; `None` unless counted by
+    /// [`Renderer::tests_per_pixel`](crate::Renderer::tests_per_pixel).
+    pub tests: Option<Vec<f64>>,
     /// Confidence of the error bound, in (0, 1).
     pub confidence: f64,
     /// Everything that was counted, timed, asked for and reached; without an error bound if some pixels have no samples.
@@ -48,20 +51,32 @@ pub enum Layer {
     Sampling,
     /// Upper bound on the light of rays that were not traced, added to the clamped pixel.
     Truncation,
-    /// Difference from the same samples in f64.
+    /// Difference in value from the same samples in f64; NaN where a sample takes another path.
     Rounding,
+    /// 1 where a sample takes another path in f64, else 0.
+    RoundingPaths,
     /// Number of samples.
     Samples,
     /// Length of the longest path, rays.
     Depth,
     /// Rays traced, shadow rays included.
     Cost,
+    /// Box and primitive tests.
+    Tests,
 }
 
 impl Layer {
     /// All layers.
-    pub const ALL: [Layer; 6] =
-        [Layer::Sampling, Layer::Truncation, Layer::Rounding, Layer::Samples, Layer::Depth, Layer::Cost];
+    pub const ALL: [Layer; 8] = [
+        Layer::Sampling,
+        Layer::Truncation,
+        Layer::Rounding,
+        Layer::RoundingPaths,
+        Layer::Samples,
+        Layer::Depth,
+        Layer::Cost,
+        Layer::Tests,
+    ];
 
     /// Its name on the command line and in file names.
     pub fn name(self) -> &'static str {
@@ -69,9 +84,11 @@ impl Layer {
             Layer::Sampling => "sampling",
             Layer::Truncation => "truncation",
             Layer::Rounding => "rounding",
+            Layer::RoundingPaths => "rounding-paths",
             Layer::Samples => "samples",
             Layer::Depth => "depth",
             Layer::Cost => "cost",
+            Layer::Tests => "tests",
         }
     }
 
@@ -80,10 +97,12 @@ impl Layer {
         match self {
             Layer::Sampling => "half-width of the confidence interval, linear light",
             Layer::Truncation => "upper bound on light from rays not traced, linear light",
-            Layer::Rounding => "difference from f64, linear light",
+            Layer::Rounding => "difference from f64 where all samples take the same paths, linear light",
+            Layer::RoundingPaths => "1 where a sample takes another path in f64, else 0",
             Layer::Samples => "samples per pixel",
             Layer::Depth => "length of the longest path, rays",
             Layer::Cost => "rays traced per pixel",
+            Layer::Tests => "box and primitive tests per pixel",
         }
     }
 }
@@ -121,12 +140,14 @@ impl BoundedImage {
     /// The values of a layer, rows from the top; NaN if unknown.
     pub fn layer(&self, layer: Layer) -> Vec<f64> {
         let marks = || self.samples.marks.iter();
+        let rounding = self.rounding.as_ref();
+        let unknown = || vec![f64::NAN; self.samples.samples.len()];
         match layer {
             Layer::Sampling => self.samples.half_widths(self.confidence),
             Layer::Truncation => self.samples.hidden(&self.limit),
-            Layer::Rounding => {
-                self.rounding.clone().unwrap_or_else(|| vec![f64::NAN; self.samples.samples.len()])
-            }
+            Layer::Rounding => rounding.map_or_else(unknown, Rounding::value_differences),
+            Layer::RoundingPaths => rounding.map_or_else(unknown, Rounding::path_differences),
+            Layer::Tests => self.tests.clone().unwrap_or_else(unknown),
             Layer::Samples => self.samples.samples.iter().map(|n| f64::from(*n)).collect(),
             Layer::Depth => marks().map(|m| f64::from(m.depth)).collect(),
             Layer::Cost => marks().map(|m| f64::from(m.rays)).collect(),
@@ -190,6 +211,7 @@ impl Task<'_> {
             height,
             limit,
             rounding,
+            tests: None,
             confidence,
             report,
             done,

@@ -39,6 +39,7 @@ impl Task<'_> {
         self.observer.span(0.0, if compared { 0.5 } else { 1.0 });
         self.all(&mut survey, &settings, &mut image)?;
         let mut render = start.elapsed();
+        self.show(&survey, &image, start);
         let mut prepared = survey.prepared();
         let mut rounding = None;
         if survey.precision() == Precision::Double {
@@ -62,7 +63,10 @@ impl Task<'_> {
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
         let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };
         let mut known = self.known(image, &survey);
-        known.rounding = rounding.map(|r| r.pixels);
+        if let Some(error) = &mut known.report.error {
+            error.rounding_values = rounding.as_ref().map(|r| r.values);
+        }
+        known.rounding = rounding;
         known.cancelled &= !finished;
         known.unfinished = kept;
         Ok(known)

@@ -16,6 +16,7 @@ mod traced;
 mod truncation_choice;
 mod until_error;
 mod until_time;
+mod watched;
 
 pub use bounded_image::{BoundedImage, Layer};
 pub use resume_state::Bounded;

@@ -1,6 +1,6 @@
 //! Progress of a whole whose length is learnt on the way: it only goes forward.
 
-use crate::render::Observer;
+use crate::render::{ImageSoFar, Observer};
 use std::time::Instant;
 
 /// Steps of the whole.
@@ -47,6 +47,14 @@ impl Observer for MonotoneProgress<'_> {
 
     fn cancelled(&self) -> bool {
         self.observer.cancelled()
+    }
+
+    fn watches(&self) -> bool {
+        self.observer.watches()
+    }
+
+    fn image(&mut self, so_far: &ImageSoFar<'_>) {
+        self.observer.image(so_far);
     }
 }
 

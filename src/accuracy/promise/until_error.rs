@@ -48,7 +48,7 @@ impl Task<'_> {
         };
         self.go_to(&mut survey, &chosen)?;
         // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        while self.sample(&mut survey, target, &mut chosen)? == Sampled::LosesTooMuch {
+        while self.sample(&mut survey, target, &mut chosen, start)? == Sampled::LosesTooMuch {
             let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
             if self.observer.cancelled() {
                 survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
@@ -179,6 +179,7 @@ impl Task<'_> {
         survey: &mut Survey,
         target: f64,
         chosen: &mut Chosen,
+        start: Instant,
     ) -> Result<Sampled, RenderError> {
         let region = Region::of(&self.settings);
         loop {
@@ -206,6 +207,7 @@ impl Task<'_> {
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
             let traced = tracing.trace(&step.pixels, step.samples.clone())?;
             chosen.allocation.record(&step, &traced);
+            self.show(survey, chosen.allocation.gathered(), start);
         }
         Ok(Sampled::All)
     }

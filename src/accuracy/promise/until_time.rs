@@ -96,7 +96,11 @@ impl Task<'_> {
         };
         let mut allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
         let mut pace = self.cover_in_time(&mut survey, &clock, &mut allocation)?;
-        clock.reserve = clock.reserve.max(closing + output_seconds(allocation.gathered(), &self, layers));
+        let begin = Instant::now();
+        self.show(&survey, allocation.gathered(), start);
+        let shown = begin.elapsed().as_secs_f64();
+        clock.reserve =
+            shown + clock.reserve.max(closing + output_seconds(allocation.gathered(), &self, layers));
         let mut rounded = None;
         if allocation.is_covered() {
             let (cut, fast) = self.cut_in_time(&mut survey, &clock)?;
@@ -104,9 +108,10 @@ impl Task<'_> {
             pace = f64::max(pace, fast);
             rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
             survey.cut_at(cut.depth, cut.cutoff);
-            self.sample_in_time(&mut survey, &clock, &mut allocation, pace)?;
+            self.sample_in_time(&mut survey, &clock, &mut allocation, pace, start)?;
         } else if allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
             self.trace_little(&mut survey, &mut allocation)?;
+            self.show(&survey, allocation.gathered(), start);
         }
 
         let short = !allocation.is_covered();
@@ -215,6 +220,7 @@ impl Task<'_> {
         clock: &Clock,
         allocation: &mut Allocation,
         mut pace: f64,
+        begin: Instant,
     ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
         while !self.observer.cancelled() && clock.left() > 0.0 {
@@ -229,10 +235,12 @@ impl Task<'_> {
             let traced = tracing.trace(&step.pixels, step.samples.clone())?;
             let cut_short = traced.marks.len() < step.pixels.len();
             allocation.record(&step, &traced);
+            let seconds = start.elapsed().as_secs_f64();
+            self.show(survey, allocation.gathered(), begin);
             if cut_short {
                 break;
             }
-            let now = (allocation.rays() - before) as f64 / start.elapsed().as_secs_f64();
+            let now = (allocation.rays() - before) as f64 / seconds;
             // Short steps are slow steps: the next one is planned at a pace between.
             pace = if pace > 0.0 { 0.5 * (pace + now) } else { now };
         }

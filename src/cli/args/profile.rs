@@ -16,10 +16,15 @@ Bytes: the structs that a pass reads and writes per ray, sample and pixel, each 
 counted once. An upper bound, since a pass may skip an item. Scene data, counters and caches are not \
 counted.
 
+--tests: a box test is the box of one child of a node for one ray that still looks for a hit; a packet of rays tests \
+the children of each node that it enters for each of these rays. A primitive test is one triangle or sphere for one \
+such ray.
+
 Examples:
   whitted profile scenes/cornell.toml
   whitted profile scenes/cornell_glass.toml --size 300x200 --repeats 9 --json profile.json
-  whitted profile scenes/cornell.toml --samples 4 --trace trace.json";
+  whitted profile scenes/cornell.toml --samples 4 --trace trace.json
+  whitted profile scenes/cornell.toml --samples 4 --tests";
 
 /// `whitted profile`.
 #[derive(Debug, Args)]
@@ -43,6 +48,10 @@ pub struct ProfileArgs {
     /// Write one frame as Chrome trace events
     #[arg(long, value_name = "FILE.json")]
     pub trace: Option<PathBuf>,
+
+    /// Count box and primitive tests of each kind of ray at each depth, in one more render by kernels that count
+    #[arg(long)]
+    pub tests: bool,
 
     /// Image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", help_heading = "Picture")]

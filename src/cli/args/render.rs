@@ -22,6 +22,7 @@ Examples:
   whitted render scenes/cornell.toml -o good.png --error 0.01
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
+  whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
 
 /// `whitted render`.
@@ -149,9 +150,13 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "P", value_parser = values::confidence, default_value_t = 0.95)]
     pub confidence: f64,
 
-    /// Also write a value per pixel: any of sampling, truncation, rounding, samples, depth, cost; as channels of an EXR, as OUT.LAYER.png beside other formats
+    /// Also write a value per pixel: any of sampling, truncation, rounding, rounding-paths, samples, depth, cost (rays), tests (of boxes and primitives); as channels of an EXR, as OUT.LAYER.png beside other formats
     #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     pub aov: Vec<Layer>,
+
+    /// Compare the image on its way with this picture: RMSE against time and rays, in the report, on the page and with -v; the image is traced in rounds of 1, 1, 2, 4, ... samples, to the same bits
+    #[arg(long, value_name = "TRUTH", conflicts_with_all = ["resume", "receipt"])]
+    pub reference: Option<PathBuf>,
 
     /// Independent sets that the samples of a pixel are divided into; must divide the samples. More sets are less even: the error bound of 1 needs none [default: 1]
     #[arg(long, value_name = "R", value_parser = values::positive())]

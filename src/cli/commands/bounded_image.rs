@@ -1,5 +1,6 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
+use super::reference::{Reference, compared};
 use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
@@ -91,6 +92,7 @@ pub(super) fn run(
     let scene = Scene::load(&args.scene)?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, format, &mut settings, started)?;
+    let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
     let label = match request.target {
@@ -99,15 +101,21 @@ pub(super) fn run(
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
-    let known = match earlier {
-        Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, &mut progress),
-        None => renderer.render_bounded_with(&scene, &settings, &request, &mut progress),
-    };
+    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| match earlier {
+        Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, observer),
+        None => renderer.render_bounded_with(&scene, &settings, &request, observer),
+    });
     drop(progress);
     let mut known = known.map_err(|error| match &state {
         Some(state) => state.explain(error),
         None => error.into(),
     })?;
+    known.report.reference = reference;
+    if args.accuracy.aov.contains(&Layer::Tests) && !known.cancelled {
+        let style = Style::choose(console.is_quiet(), console.is_verbose());
+        let mut progress = Progress::new(style, "counting tests");
+        known.tests = renderer.tests_per_pixel(&scene, &settings, &mut progress)?;
+    }
     let format = known.file.unwrap_or(format);
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
@@ -174,9 +182,15 @@ pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
             "--aov writes files next to the image, so -o needs a file name instead of -".into(),
         ));
     }
-    if a.aov.contains(&Layer::Rounding) && (a.error.is_some() || a.time.is_some()) {
+    let rounding = a.aov.iter().any(|layer| matches!(layer, Layer::Rounding | Layer::RoundingPaths));
+    if rounding && (a.error.is_some() || a.time.is_some()) {
         return Err(Failure::Usage(
             "--aov rounding renders every sample in f64 too: use it with --budget, not with --error or --time".into(),
+        ));
+    }
+    if a.aov.contains(&Layer::Tests) && (a.error.is_some() || a.time.is_some()) {
+        return Err(Failure::Usage(
+            "--aov tests traces every sample once more to count: use it with --budget, not with --error or --time".into(),
         ));
     }
     if args.picture.precision == Some(Precision::Fast) && a.error.is_some() {

@@ -7,6 +7,7 @@ pub mod devices;
 pub mod gallery;
 pub mod generate;
 mod manual;
+mod reference;
 pub mod render;
 pub mod plan;
 pub mod profile;

@@ -17,7 +17,7 @@ use crate::report::Report;
 use crate::report::text;
 use crate::report::timeline::{self, Dispatched, Phase, RenderTimeline, Submit};
 use crate::scene::Scene;
-use crate::settings::{Precision, Settings};
+use crate::settings::{Precision, Schedule, Settings};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -52,6 +52,12 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
     for run in 1..=args.repeats {
         runs.push(draw(&mut prepared, &format!("run {run}"))?.0.report);
     }
+    let mut tests = None;
+    if args.tests {
+        let schedule = Schedule { count_tests: true, ..settings.schedule };
+        let mut counting = renderer.prepare(&scene, &Settings { schedule, ..settings })?;
+        tests = draw(&mut counting, "counting tests")?.0.report.tests;
+    }
     let (plan, precision) = (prepared.plan().clone(), prepared.settings().precision);
     if let Some(path) = &args.trace {
         prepared.keep_submits(true);
@@ -64,6 +70,7 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
     let mut profile = Profile::new(&runs, &first.report.time, &plan, precision)
         .ok_or_else(|| anyhow!("the device reported times that are not numbers"))?;
     let report = &mut profile.report;
+    report.tests = tests;
     report.time.wall = started.elapsed().as_secs_f64();
     if let Some(path) = &args.page {
         let view = View { width: first.width, height: first.height, linear: &first.linear };

@@ -2,6 +2,7 @@
 
 use super::bounded_image;
 use super::plan;
+use super::reference::{Reference, compared};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{Deliver, settings, validated, writable};
@@ -33,6 +34,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     let scene = Scene::load(&args.scene)?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
+    let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
@@ -46,15 +48,16 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         false => None,
     };
     let mut progress = Progress::new(style, "rendering");
-    let rendered = match earlier {
-        Some(earlier) => prepared.resume(earlier, &mut progress),
-        None => prepared.render_with(&mut progress),
-    };
+    let (rendered, reference) = compared(reference.as_ref(), &mut progress, |observer| match earlier {
+        Some(earlier) => prepared.resume(earlier, observer),
+        None => prepared.render_with(observer),
+    });
     drop(progress);
     let mut rendered = rendered.map_err(|error| match &state {
         Some(state) => state.explain(error),
         None => error.into(),
     })?;
+    rendered.report.reference = reference;
     let (done, unfinished) = (rendered.done, rendered.unfinished.take());
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {

@@ -76,7 +76,7 @@ buffers! {
     marks / Marks: "Mark";
     /// One `DepthCount` per depth.
     depth_counts / DepthCounts: "DepthCount";
-    /// Counters.
+    /// Counters; where tests are counted, then TEST_WORDS for each depth and kind of ray.
     counters / Counters: "uint";
     /// Operands and results of `self_test`; outside the frame.
     self_test / SelfTest: "real";

@@ -70,11 +70,23 @@ constants! {
     SELF_TEST_ROW = 11;
     /// Parts of the samples of a survey without replicates (src/accuracy/sampling.rs).
     PARTS = 4;
-    /// Length of `counters`.
+    /// Counters at the start of `counters`.
     COUNTERS = 6;
     /// `Path::cut` of a throughput of 1. The throughputs that a sample loses sum to 1 at most, for a
     /// material's weights sum to 1: 32 bits hold four times that.
     CUT_ONE = 0x4000_0000;
+    /// `Ray::kind`: from the camera.
+    RAY_PRIMARY = 0;
+    /// `Ray::kind`: reflected.
+    RAY_REFLECTION = 1;
+    /// `Ray::kind`: refracted.
+    RAY_REFRACTION = 2;
+    /// Kind of a shadow ray, which is in no queue.
+    RAY_SHADOW = 3;
+    /// Kinds of rays.
+    RAY_KINDS = 4;
+    /// Words for the tests of one kind at one depth: box tests and primitive tests, low word first.
+    TEST_WORDS = 4;
     /// `sampler_kind`: independent samples.
     SAMPLER_RANDOM = 0;
     /// `sampler_kind`: progressive jittered samples.

@@ -17,8 +17,8 @@ device_structs! {
         skip: uint,
         /// Product of weights from the camera.
         throughput: vec3,
-        /// Unused; keeps the size a multiple of 16.
-        pad: uint,
+        /// RAY_PRIMARY, RAY_REFLECTION or RAY_REFRACTION where tests are counted, else 0; the size is a multiple of 16.
+        kind: uint,
     }
 
     /// Closest hit, 16 bytes. Written by `intersect`, read by `shade`.
@@ -98,7 +98,7 @@ device_structs! {
     struct Path {
         /// Sum of a hash of each ray: its primitive, its children, the lights it sees.
         hash: uint,
-        /// Rays traced, shadow rays included.
+        /// Rays traced, shadow rays included; where tests are counted, box and primitive tests instead.
         rays: uint,
         /// Longest path.
         depth: uint,

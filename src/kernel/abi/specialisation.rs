@@ -71,6 +71,8 @@ specialisation! {
     triangles_outside: 0;
     /// 1: the spheres are few and outside the hierarchy.
     spheres_outside: 0;
+    /// 1: box and primitive tests are counted.
+    counting: 0;
     /// 1: `fused_depth` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
 }

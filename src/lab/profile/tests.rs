@@ -32,10 +32,7 @@ fn run(render: f64) -> Report {
         rays: RayInfo {
             primary: 1000,
             reflection: 400,
-            by_depth: vec![
-                DepthInfo { depth: 1, traced: 1000, shadow: 0 },
-                DepthInfo { depth: 2, traced: 400, shadow: 0 },
-            ],
+            by_depth: vec![DepthInfo::of(1, [1000, 0, 0, 0]), DepthInfo::of(2, [400, 400, 0, 0])],
             ..RayInfo::default()
         },
         ..Report::default()

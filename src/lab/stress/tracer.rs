@@ -7,7 +7,7 @@ use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
 use crate::reference::twin;
 use crate::render::{RenderError, Renderer};
-use crate::report::{Counters, DepthInfo, RayInfo};
+use crate::report::{Counters, RayInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -84,15 +84,7 @@ impl Tracer for Twins {
             loop_cap: count(abi::COUNTER_LOOP_CAP),
             media_overflow: count(abi::COUNTER_MEDIA_OVERFLOW) + packed.eye_media_dropped,
         };
-        let mut rays = RayInfo::default();
-        for (i, [traced, reflection, refraction, shadow]) in counts.depths.iter().copied().enumerate() {
-            rays.primary += if i == 0 { traced } else { 0 };
-            rays.reflection += reflection;
-            rays.refraction += refraction;
-            rays.shadow += shadow;
-            rays.by_depth.push(DepthInfo { depth: i as u32 + 1, traced, shadow });
-        }
-        Ok(Picture { linear, counters, rays })
+        Ok(Picture { linear, counters, rays: RayInfo::of(&counts.depths) })
     }
 
     fn probe(

@@ -31,8 +31,10 @@ fn report(rows: &[Row], launches: u64, rays: &[(u64, u64)]) -> Report {
         report.passes.push(PassInfo { name: (*name).into(), depth: *depth, launches, seconds, items: 0 });
     }
     report.rays.primary = rays[0].0;
-    report.rays.by_depth =
-        (1..).zip(rays).map(|(depth, &(traced, shadow))| DepthInfo { depth, traced, shadow }).collect();
+    report.rays.by_depth = (1..)
+        .zip(rays)
+        .map(|(depth, &(traced, shadow))| DepthInfo::of(depth, [traced, 0, 0, shadow]))
+        .collect();
     report.time.device = report.passes.iter().map(|p| p.seconds).sum();
     report.time.render = report.time.device;
     report

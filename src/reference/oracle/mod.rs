@@ -121,7 +121,8 @@ impl Oracle {
         let offset = sampler::offset(sampler, replicates, seed, x, y, k, samples).map(f64::from);
         let ray = self.primary(f64::from(x) + offset[0], f64::from(y) + offset[1], settings);
         rays.primary += 1;
-        depth_row(rays, 1).traced += 1;
+        let row = depth_row(rays, 1);
+        (row.traced, row.primary) = (row.traced + 1, row.primary + 1);
         let hit = self.world.closest(&ray);
         let radiance = match &hit {
             Some(hit) => {
@@ -162,6 +163,9 @@ fn add_rays(sum: &mut RayInfo, part: &RayInfo) {
     for row in &part.by_depth {
         let total = depth_row(sum, row.depth);
         total.traced += row.traced;
+        total.primary += row.primary;
+        total.reflection += row.reflection;
+        total.refraction += row.refraction;
         total.shadow += row.shadow;
     }
 }

@@ -48,11 +48,13 @@ impl Path<'_> {
         if split.reflected > 0.0 {
             let direction = keep_side(reflect(ray.direction, hit.shading), hit.side);
             self.rays.reflection += 1;
+            depth_row(self.rays, depth + 1).reflection += 1;
             let light = self.follow(hit, direction, media, depth + 1);
             colour += light * (material.secondary * split.reflected);
         }
         if let Some((direction, beyond)) = split.refracted {
             self.rays.refraction += 1;
+            depth_row(self.rays, depth + 1).refraction += 1;
             let light = self.follow(hit, direction, &beyond, depth + 1);
             colour += light * (material.secondary * (1.0 - split.reflected));
         }
@@ -65,6 +67,7 @@ impl Path<'_> {
             return DVec3::ZERO;
         }
         self.rays.refraction += 1;
+        depth_row(self.rays, depth + 1).refraction += 1;
         self.follow(hit, ray.direction, beyond, depth + 1)
     }
 

@@ -9,6 +9,7 @@ use crate::plan::dispatches::{Batch, dispatches};
 use crate::plan::tiles::{Tile, tiles};
 use crate::prepare::Packed;
 use crate::render::mean;
+use crate::report::test_counts::{KindTests, tests_of};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -23,8 +24,11 @@ pub fn render(
     let [x0, y0, x1, y1] = settings.region();
     let width = x1 - x0;
     let mut memory = Memory::new(&plan.buffer_bytes, packed, &packed.camera(scene, settings));
-    let mut counts =
-        Counts { depths: vec![[0; 4]; settings.depth as usize], counters: [0; abi::COUNTERS as usize] };
+    let mut counts = Counts {
+        depths: vec![[0; 4]; settings.depth as usize],
+        counters: [0; abi::COUNTERS as usize],
+        tests: Vec::new(),
+    };
     let mut linear = vec![[0.0; 3]; (width * (y1 - y0)) as usize];
     let mut batch_samples = plan.batch_samples;
     let mut work = tiles([x0, y0, x1, y1], plan.tile_pixels);
@@ -45,6 +49,7 @@ pub fn render(
             sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
         });
         counts.counters.iter_mut().zip(tally.counters).for_each(|(sum, more)| *sum += more);
+        add_tests(&mut counts.tests, &tally.tests);
         let pixels = memory.film.chunks(plan.specialisation.film_sums() as usize);
         for (films, at) in pixels.zip(tile.offsets([x0, y0, x1, y1])) {
             let films: Vec<ImageFilm> =
@@ -63,8 +68,11 @@ fn trace_tile(
     plan: &Plan,
     batch_samples: u32,
 ) -> Option<Counts> {
-    let mut counts =
-        Counts { depths: vec![[0; 4]; settings.depth as usize], counters: [0; abi::COUNTERS as usize] };
+    let mut counts = Counts {
+        depths: vec![[0; 4]; settings.depth as usize],
+        counters: [0; abi::COUNTERS as usize],
+        tests: Vec::new(),
+    };
     memory.film.fill(Film::default());
     let mut first = 0;
     while first < settings.samples {
@@ -119,4 +127,11 @@ fn add(counts: &mut Counts, memory: &Memory) {
         sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += u64::from(more));
     }
     counts.counters.iter_mut().zip(&memory.counters).for_each(|(sum, more)| *sum += u64::from(*more));
+    add_tests(&mut counts.tests, &tests_of(&memory.counters));
+}
+
+fn add_tests(sums: &mut Vec<KindTests>, more: &[KindTests]) {
+    sums.resize(sums.len().max(more.len()), KindTests::default());
+    let (sums, more) = (sums.as_flattened_mut().as_flattened_mut(), more.as_flattened().as_flattened());
+    sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
 }

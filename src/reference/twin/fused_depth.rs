@@ -1,6 +1,7 @@
 //! Twin of `glsl/fused_depth.comp`.
 
-use super::lib::light::Lit;
+use super::lib::count_tests::{Query, note_tests};
+use super::lib::light::{Lit, lights_of};
 use super::lib::spawn::{Nursery, spawn};
 use super::lib::strike::Scene;
 use super::lib::traverse::{Shapes, make_traversal_ray};
@@ -9,6 +10,7 @@ use super::structs::{
     Camera, Contribution, CornerNormals, DepthCount, ExtendedSphere, FlatNormal, Light, Material, Node, Path,
     Push, Queue, Ray, Sphere, Triangle,
 };
+use crate::kernel::abi::single::CompressedChild;
 use crate::kernel::abi::{CHILD_REFLECTED, CHILD_REFRACTED, NONE, Specialisation};
 
 /// One depth of every ray in the queue: closest hit, surface, children and own colour. Which children a subgroup's
@@ -23,6 +25,7 @@ pub fn fused_depth(
     spheres: &[Sphere],
     extended_spheres: &[ExtendedSphere],
     nodes: &[Node],
+    compressed_nodes: &[CompressedChild],
     materials: &[Material],
     lights: &[Light],
     solid_iors: &[f32],
@@ -54,7 +57,8 @@ pub fn fused_depth(
         solid_iors,
         solid_priorities,
     };
-    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes };
+    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes, compressed_nodes };
+    let (mut queries, mut shadow_queries) = (Vec::new(), Vec::new());
     let camera = &camera[0];
     // All subgroups of a workgroup have their word.
     child_masks[..count.next_multiple_of(spec.workgroup as usize) / lanes].fill(0);
@@ -63,6 +67,8 @@ pub fn fused_depth(
         let (ray, inside) = (&rays[place], &media[place * capacity..(place + 1) * capacity]);
         let r = make_traversal_ray(ray.origin.into(), ray.direction.into(), ray.skip);
         let h = shapes.closest_hit(&r, FAR, false, counters);
+        let Ray { sample_index, kind, .. } = *ray;
+        queries.push(Query { ray: r, limit: FAR, any: false, sample_index, kind });
         let s = scene.strike(ray, inside, &h, paths);
         let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];
         let mut next = Nursery { rays: next_rays, media: next_media, counters };
@@ -79,7 +85,12 @@ pub fn fused_depth(
             paths,
             depth_counts,
             counters,
+            queries: &mut shadow_queries,
         };
         lit.light_up(i, ray, &s, m, true, true);
+    }
+    if spec.counting != 0 {
+        note_tests(&shapes, push, &queries, 1, paths, counters);
+        note_tests(&shapes, push, &shadow_queries, lights_of(push), paths, counters);
     }
 }

@@ -23,7 +23,7 @@ fn primary_ray(spec: &Specialisation, push: &Push, c: &Camera, pixels: &[u32], s
         sample_index,
         skip: NONE,
         throughput: Vec3::ONE.into(),
-        pad: 0,
+        kind: 0,
     }
 }
 

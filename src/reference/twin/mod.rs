@@ -12,6 +12,7 @@ pub mod single;
 use crate::kernel::abi;
 use crate::plan::Plan;
 use crate::prepare::Packed;
+use crate::report::test_counts::KindTests;
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 
@@ -22,6 +23,8 @@ pub struct Counts {
     pub depths: Vec<[u64; 4]>,
     /// By `abi::COUNTER_…`.
     pub counters: [u64; abi::COUNTERS as usize],
+    /// Tests of each depth and kind of ray; none if they are not counted.
+    pub tests: Vec<KindTests>,
 }
 
 /// The linear image and the counts of a scene under a plan. `None` if one sample of a pixel has more

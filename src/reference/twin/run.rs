@@ -11,7 +11,7 @@ impl Memory {
     pub fn run(&mut self, kernel: Kernel, spec: &Specialisation, push: &Push) {
         match kernel {
             Kernel::Generate => self.generate(spec, push),
-            Kernel::Intersect => self.intersect(spec),
+            Kernel::Intersect => self.intersect(spec, push),
             Kernel::Shade => self.shade(spec, push),
             Kernel::Scan => self.scan(spec, push),
             Kernel::Spawn => self.spawn(spec),
@@ -41,16 +41,19 @@ impl Memory {
         );
     }
 
-    fn intersect(&mut self, spec: &Specialisation) {
+    fn intersect(&mut self, spec: &Specialisation, push: &Push) {
         intersect::intersect(
             spec,
+            push,
             &self.triangles,
             &self.spheres,
             &self.extended_spheres,
             &self.nodes,
+            &self.compressed_nodes,
             &self.rays,
             &self.queue,
             &mut self.hits,
+            &mut self.paths,
             &mut self.counters,
         );
     }
@@ -117,6 +120,7 @@ impl Memory {
             &self.spheres,
             &self.extended_spheres,
             &self.nodes,
+            &self.compressed_nodes,
             &self.materials,
             &self.lights,
             &self.rays,
@@ -145,6 +149,7 @@ impl Memory {
             &self.spheres,
             &self.extended_spheres,
             &self.nodes,
+            &self.compressed_nodes,
             &self.materials,
             &self.lights,
             &self.solid_iors,

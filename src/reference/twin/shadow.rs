@@ -6,6 +6,7 @@ use super::structs::{
     Camera, Contribution, DepthCount, ExtendedSphere, Light, Material, Node, Path, Push, Queue, Ray, Sphere,
     Surface, Triangle,
 };
+use crate::kernel::abi::single::CompressedChild;
 use crate::kernel::abi::{NONE, Specialisation};
 
 /// Own colour of every struck surface.
@@ -17,6 +18,7 @@ pub fn shadow(
     spheres: &[Sphere],
     extended_spheres: &[ExtendedSphere],
     nodes: &[Node],
+    compressed_nodes: &[CompressedChild],
     materials: &[Material],
     lights: &[Light],
     rays: &[Ray],
@@ -28,14 +30,26 @@ pub fn shadow(
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes };
+    let shapes = Shapes { spec, triangles, spheres, extended_spheres, nodes, compressed_nodes };
+    let queries = &mut Vec::new();
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     let camera = &camera[0];
-    let mut lit =
-        Lit { shapes, push, camera, lights, contributions, sample_radiance, paths, depth_counts, counters };
+    let mut lit = Lit {
+        shapes,
+        push,
+        camera,
+        lights,
+        contributions,
+        sample_radiance,
+        paths,
+        depth_counts,
+        counters,
+        queries,
+    };
     for i in 0..queue[0].count as usize {
         let s = &surfaces[i];
         let m = &materials[if s.primitive != NONE { s.material as usize } else { 0 }];
         lit.light_up(i, &rays[i], s, m, first, last);
     }
+    lit.note_tests();
 }

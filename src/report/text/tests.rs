@@ -1,5 +1,5 @@
 use super::*;
-use crate::report::{DepthInfo, LocalFrameInfo};
+use crate::report::{DepthInfo, LocalFrameInfo, RayInfo};
 
 fn sample() -> Report {
     let mut report = Report::default();
@@ -30,7 +30,7 @@ fn sample() -> Report {
     report.rays.by_depth = (1..=4)
         .map(|depth| {
             let traced = 6_000_000 >> (2 * (depth - 1));
-            DepthInfo { depth, traced, shadow: traced * 9 / 10 }
+            DepthInfo::of(depth, [traced, if depth > 1 { traced } else { 0 }, 0, traced * 9 / 10])
         })
         .collect();
     (report.rays.primary, report.rays.reflection, report.rays.shadow) = (6_000_000, 1_968_750, 7_171_875);
@@ -68,6 +68,18 @@ fn the_report_fits_a_screen_and_is_complete() {
     for part in ["llvmpipe (LLVM 15.0.6, 256 bits)", "24 triangles", "(0, 5, 0.5)", "61.5 MiB", "810 ms"] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
+}
+
+#[test]
+fn each_kind_of_ray_has_a_column_and_each_depth_a_row() {
+    let rays_of = RayInfo::of(&[[1000, 0, 0, 900], [1500, 800, 700, 1234], [0, 0, 0, 0], [7, 7, 0, 0]]);
+    let report = Report { rays: rays_of, ..Report::default() };
+    let text = rays(&report);
+    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(lines[1], ["1", "1,000", "0", "0", "900", "1,900"]);
+    assert_eq!(lines[2], ["2", "0", "800", "700", "1,234", "2,734"]);
+    assert_eq!(lines[3], ["all", "1,000", "800", "700", "2,134", "4,634"]);
+    assert_eq!(lines.len(), 4);
 }
 
 #[test]

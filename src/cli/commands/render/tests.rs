@@ -50,7 +50,7 @@ fn rendered(done: f64) -> Rendered {
     (report.settings.width, report.settings.height) = (3, 2);
     (report.settings.samples, report.settings.depth) = (20, 4);
     (report.rays.primary, report.rays.shadow) = (1_000_000, 234_000);
-    report.rays.by_depth = vec![DepthInfo { depth: 1, traced: 1_000_000, shadow: 234_000 }];
+    report.rays.by_depth = vec![DepthInfo::of(1, [1_000_000, 0, 0, 234_000])];
     report.time.render = 1.5;
     Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, unfinished: None }
 }

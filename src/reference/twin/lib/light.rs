@@ -2,10 +2,11 @@
 
 use super::super::real::{Real, Real3, U, Vec3, float};
 use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
+use super::count_tests::{Query, note_tests};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
-use super::traverse::{Shapes, make_traversal_ray};
-use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT};
+use super::traverse::{Shapes, TraversalRay, make_traversal_ray};
+use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, RAY_SHADOW};
 use crate::settings::sampler::pcg4d;
 
 fn before_light(light: Real3, segment: Real3) -> Real {
@@ -20,6 +21,7 @@ fn direct_light(
     s: &Surface,
     shift: f32,
     shadow_rays: &mut u32,
+    query: &mut Query,
     counters: &mut [u32],
 ) -> Vec3 {
     let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
@@ -41,7 +43,8 @@ fn direct_light(
     let origin = spawn_origin(position, offset, away, fixed, shift);
     let segment = target - origin;
     let r = make_traversal_ray(origin, segment, if fixed { NONE } else { s.primitive });
-    if shapes.closest_hit(&r, before_light(target, segment), true, counters).primitive != NONE {
+    (query.ray, query.limit) = (r, before_light(target, segment));
+    if shapes.closest_hit(&r, query.limit, true, counters).primitive != NONE {
         return Vec3::ZERO;
     }
     Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared)
@@ -67,9 +70,30 @@ pub struct Lit<'a> {
     pub depth_counts: &'a mut [DepthCount],
     /// By `COUNTER_…`.
     pub counters: &'a mut [u32],
+    /// Traversals for each light of the pass, ray by ray, where tests are counted.
+    pub queries: &'a mut Vec<Query>,
+}
+
+/// A traversal for a lane that faces no light.
+fn no_query(sample_index: u32) -> Query {
+    let ray: TraversalRay = make_traversal_ray(Real3::ZERO, Real3::ONE, NONE);
+    Query { ray, limit: 0.0, any: true, sample_index, kind: RAY_SHADOW }
+}
+
+/// Lights of a pass.
+pub fn lights_of(push: &Push) -> usize {
+    (push.light_end - push.light_begin) as usize
 }
 
 impl Lit<'_> {
+    /// Adds the tests of all traversals, if they are counted.
+    pub fn note_tests(&mut self) {
+        if self.shapes.spec.counting != 0 {
+            let rounds = lights_of(self.push);
+            note_tests(&self.shapes, self.push, self.queries, rounds, self.paths, self.counters);
+        }
+    }
+
     /// Lights of this pass on surface `s` of ray `i`, of material `m`.
     pub fn light_up(&mut self, i: usize, ray: &Ray, s: &Surface, m: &Material, first: bool, last: bool) {
         let (spec, push) = (self.shapes.spec, self.push);
@@ -78,10 +102,14 @@ impl Lit<'_> {
         let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
         let (mut shadow_rays, mut seen) = (0, 0u32);
         let mut light = if first { Vec3::ZERO } else { self.contributions[i].light.into() };
+        let first_query = self.queries.len();
+        self.queries.resize(first_query + lights_of(push), no_query(ray.sample_index));
         if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
-            for source in &self.lights[push.light_begin as usize..push.light_end as usize] {
+            let lights = &self.lights[push.light_begin as usize..push.light_end as usize];
+            for (source, query) in lights.iter().zip(&mut self.queries[first_query..]) {
                 let shift = self.camera.origin_shift;
-                let more = direct_light(&self.shapes, source, s, shift, &mut shadow_rays, self.counters);
+                let more =
+                    direct_light(&self.shapes, source, s, shift, &mut shadow_rays, query, self.counters);
                 light += more;
                 seen = seen << 1 | u32::from(!(more.x == 0.0 && more.y == 0.0 && more.z == 0.0));
             }
@@ -94,7 +122,7 @@ impl Lit<'_> {
             let hash = pcg4d([id, kind, push.depth, push.light_begin << 8 | seen])[0];
             let path = &mut self.paths[sample_index as usize];
             path.hash = path.hash.wrapping_add(hash);
-            path.rays += shadow_rays + u32::from(first);
+            path.rays += if spec.counting == 0 { shadow_rays + u32::from(first) } else { 0 };
             path.depth = path.depth.max(push.depth);
         }
         if !last {

@@ -1,6 +1,7 @@
 //! Twins of `glsl/lib`, file by file.
 
 pub mod r#box;
+pub mod count_tests;
 pub mod double_length;
 pub mod fresnel;
 pub mod light;

@@ -6,7 +6,8 @@ use super::fresnel::{reflected, refracted};
 use super::numeric::{dot3, safe_normalize};
 use super::surface::spawn_origin;
 use crate::kernel::abi::{
-    CHILD_REFLECTED, CHILD_REFRACTED, COUNTER_MEDIA_OVERFLOW, LEAVES, NONE, PASSES, Specialisation,
+    CHILD_REFLECTED, CHILD_REFRACTED, COUNTER_MEDIA_OVERFLOW, LEAVES, NONE, PASSES, RAY_REFLECTION,
+    RAY_REFRACTION, Specialisation,
 };
 
 fn above(spec: &Specialisation, direction: Real3, offset: Real3) -> Real3 {
@@ -69,23 +70,23 @@ pub fn spawn(
         throughput *= secondary;
     }
     let skip = if fixed { NONE } else { s.primitive };
-    let child = |w: Real3, weight: f32| Ray {
+    let child = |w: Real3, weight: f32, kind: u32| Ray {
         origin: spawn_origin(position, offset, w, fixed, shift).into(),
         direction: w.into(),
         sample_index: ray.sample_index,
         skip,
         throughput: (weight * throughput).into(),
-        pad: 0,
+        kind: if spec.counting != 0 { kind } else { 0 },
     };
     if s.flags & CHILD_REFLECTED != 0 {
         let w = above(spec, reflected(d, normal, s.cosine), offset);
-        next.rays[to] = child(w, s.share);
+        next.rays[to] = child(w, s.share, RAY_REFLECTION);
         next.media[to * capacity..(to + 1) * capacity].copy_from_slice(inside);
         to += 1;
     }
     if s.flags & CHILD_REFRACTED != 0 {
         let w = if s.eta == 1.0 { d } else { refracted(d, normal, s.eta, s.cosine) };
-        next.rays[to] = child(w, 1.0 - s.share);
+        next.rays[to] = child(w, 1.0 - s.share, RAY_REFRACTION);
         let list = &mut next.media[to * capacity..(to + 1) * capacity];
         if s.solid != 0 {
             change_media(inside, list, s.solid, s.flags & LEAVES != 0, next.counters);

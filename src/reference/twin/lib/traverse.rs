@@ -6,6 +6,7 @@ use super::r#box::{SLAB_GROW, box_interval, enter_box, safe_reciprocal, sphere_b
 use super::numeric::{dot3, max_component};
 use super::sphere::{hit_extended_sphere, hit_sphere};
 use super::triangle::{Shear, hit_triangle, make_shear};
+use crate::kernel::abi::single::CompressedChild;
 use crate::kernel::abi::{
     COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE,
     Specialisation,
@@ -24,14 +25,16 @@ pub struct Shapes<'a> {
     pub extended_spheres: &'a [ExtendedSphere],
     /// Binding of this name.
     pub nodes: &'a [Node],
+    /// Binding of this name.
+    pub compressed_nodes: &'a [CompressedChild],
 }
 
 /// A ray, made ready.
 #[derive(Debug, Clone, Copy)]
 pub struct TraversalRay {
-    origin: Real3,
-    direction: Real3,
-    inverse: Real3,
+    pub(super) origin: Real3,
+    pub(super) direction: Real3,
+    pub(super) inverse: Real3,
     shear: Shear,
     skip: u32,
 }
@@ -94,7 +97,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn test_triangle(&self, primitive: u32, r: &TraversalRay, best: &mut Hit) {
+    pub(super) fn test_triangle(&self, primitive: u32, r: &TraversalRay, best: &mut Hit) {
         let triangle = &self.triangles[primitive as usize];
         let (hit, t, u, v) = hit_triangle(triangle, r.origin, &r.shear, self.spec.robust != 0);
         if hit && primitive != r.skip {
@@ -106,7 +109,7 @@ impl Shapes<'_> {
         }
     }
 
-    fn test_sphere(&self, primitive: u32, r: &TraversalRay, best: &mut Hit) {
+    pub(super) fn test_sphere(&self, primitive: u32, r: &TraversalRay, best: &mut Hit) {
         let at = (primitive - self.spec.triangle_count) as usize;
         let mut s = self.spheres[at];
         let own = primitive == r.skip;
@@ -133,7 +136,7 @@ impl Shapes<'_> {
     }
 
     /// What is outside the hierarchy.
-    fn test_outside(&self, r: &TraversalRay, best: &mut Hit) {
+    pub(super) fn test_outside(&self, r: &TraversalRay, best: &mut Hit) {
         let count = self.spec.triangle_count;
         if self.spec.triangles_outside != 0 {
             (0..count).for_each(|i| self.test_triangle(i, r, best));
