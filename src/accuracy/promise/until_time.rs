@@ -103,7 +103,11 @@ impl Task<'_> {
             shown + clock.reserve.max(closing + output_seconds(allocation.gathered(), &self, layers));
         let mut rounded = None;
         if allocation.is_covered() {
-            let (cut, fast) = self.cut_in_time(&mut survey, &clock)?;
+            let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
+            if cut.depth < own.depth {
+                // No worse than what the scene asks for.
+                (cut.depth, cut.cutoff) = (own.depth, own.cutoff);
+            }
             survey.cut_at(cut.depth, cut.cutoff);
             pace = f64::max(pace, fast);
             rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
@@ -128,11 +132,15 @@ impl Task<'_> {
         } else if short {
             // Looks and kernels were paid for; the rest goes with the pixels.
             let fixed = (start - from).as_secs_f64() + clock.reserve;
-            let needed = fixed + render.as_secs_f64() / pilot.max(1e-3);
+            // Few pixels tell little of the pace.
+            let needed = match pilot >= 0.05 {
+                true => format!("about {:.1} s", fixed + render.as_secs_f64() / pilot),
+                false => "longer".to_owned(),
+            };
             Some(format!(
-                "{seconds} s is too short: one sample of every pixel takes about {needed:.1} s, {fixed:.1} s of which is \
-                 start-up and writing files; only {:.0} % of the pixels were traced, the rest repeat their \
-                 neighbours, and the error is unknown; reduce --size",
+                "{seconds} s is too short: start-up and writing files take {fixed:.1} s, with one sample of every pixel \
+                 {needed}; only {:.1} % of the pixels were traced, the rest repeat their neighbours, and the error is \
+                 unknown; reduce --size",
                 100.0 * pilot
             ))
         } else {
