@@ -19,7 +19,7 @@ pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
 const MOST_RAYS: f64 = 512.0;
 /// Fewest, where that many are in the region.
-const LEAST_PIXELS: f64 = 256.0;
+const LEAST_PIXELS: f64 = 128.0;
 /// Greatest share of a region's pixels that is looked at, so that looking at a dozen cuts costs no more than a
 /// sample or two of every pixel.
 const PIXEL_SHARE: f64 = 1.0 / 32.0;
