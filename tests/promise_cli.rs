@@ -65,7 +65,6 @@ fn what_cannot_be_is_a_usage_error() {
         "--time 1 --aov rounding",
         "--budget --samples 1",
         "--budget --samples 6 --replicates 4",
-        "--budget --samples 4 --replicates 1",
         "--aov sampling,colour",
     ];
     for case in cases {
@@ -78,19 +77,46 @@ fn what_cannot_be_is_a_usage_error() {
 }
 
 #[test]
-fn a_budget_tells_its_three_parts() {
+fn a_budget_tells_its_four_parts() {
     let bench = Bench::new();
     let report = bench.render("a.png", &["--size", "24x20", "--samples", "6", "--budget"], 0);
     let error = &report["error"];
     assert_eq!((&error["kind"], &error["confidence"]), (&"rmse".into(), &0.95.into()));
     let part = |name: &str| error[name].as_f64().unwrap_or_else(|| panic!("{name}: {error}"));
-    let sum = part("sampling") + part("truncation") + part("rounding");
+    let sum = part("sampling") + part("truncation") + part("rounding") + part("encoding");
     assert!(part("sampling") > 0.0 && (part("total") - sum).abs() < 1e-12, "{error}");
     assert_eq!(error["truncation_bounded"], true);
     assert_eq!(report["asked"]["error"], Value::Null);
     assert_eq!(report["asked"]["met"], Value::Null);
-    // Of six samples, four replicates cannot be: three are the most.
-    assert_eq!((&report["settings"]["samples"], &report["settings"]["replicates"]), (&6.into(), &3.into()));
+    assert!(part("encoding") > 1e-4 && part("encoding") < 3e-3, "steps of 8 bits: {error}");
+    assert_eq!((&report["settings"]["samples"], &report["settings"]["replicates"]), (&6.into(), &1.into()));
+    // The image is the one without a budget, as far as sums of quarters round alike.
+    let plain = bench.render("b.png", &["--size", "24x20", "--samples", "6"], 0);
+    let pixels = |name: &str| image::open(bench.at(name)).unwrap().into_rgb8().into_raw();
+    let apart = pixels("a.png").iter().zip(pixels("b.png")).filter(|(a, b)| a.abs_diff(*b) > 0).count();
+    assert!(apart <= 2, "{apart} codes differ");
+    assert_eq!(plain["error"], Value::Null);
+    // A file of 16 bits loses less, and EXR nothing.
+    let encoding = |name: &str, words: &[&str]| {
+        let words = [&["--size", "24x20", "--samples", "6", "--budget"], words].concat();
+        bench.render(name, &words, 0)["error"]["encoding"].as_f64().unwrap()
+    };
+    assert!(encoding("c.png", &["--bits", "16"]) < 0.01 * part("encoding"));
+    assert_eq!(encoding("c.exr", &[]), 0.0);
+}
+
+/// An error that 8 bits cannot keep takes 16, unless the bits are given.
+#[test]
+fn bits_are_chosen_for_the_error() {
+    let bench = Bench::new();
+    let words = ["--size", "24x20", "--error", "0.004"];
+    let report = bench.render("a.png", &words, 0);
+    assert!(report["error"]["encoding"].as_f64().unwrap() < 1e-4, "{}", report["error"]);
+    let color = |name: &str| image::open(bench.at(name)).unwrap().color();
+    assert_eq!(color("a.png"), image::ColorType::Rgb16);
+    let report = bench.render("b.png", &[&words[..], &["--bits", "8"]].concat(), 0);
+    assert!(report["error"]["encoding"].as_f64().unwrap() > 1e-4, "{}", report["error"]);
+    assert_eq!(color("b.png"), image::ColorType::Rgb8);
 }
 
 #[test]

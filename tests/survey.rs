@@ -41,7 +41,9 @@ fn a_survey_traces_the_samples_of_the_image() {
             let (traced, counted) = trace(&mut r, &scene, &settings, &all, 6);
             assert_eq!(counted, rays.primary + rays.reflection + rays.refraction + rays.shadow);
             assert_eq!(traced.marks.iter().map(|m| u64::from(m.rays)).sum::<u64>(), counted, "{name}");
-            for (at, sums) in all.iter().zip(traced.sums.chunks(replicates as usize)) {
+            for (at, sums) in
+                all.iter().zip(traced.sums.chunks(whitted::render::samples::sets(replicates as usize)))
+            {
                 let sum = sums.iter().fold([0.0; 3], |a, b| std::array::from_fn(|c| a[c] + b[c]));
                 let mean = sum.map(|x: f64| (x / 6.0) as f32);
                 assert_eq!(mean, image.linear[*at as usize], "{name}, pixel {at}");

@@ -172,9 +172,10 @@ impl Allocation {
         &self.gathered
     }
 
-    /// Hands the samples out, to be kept elsewhere; they must be [put back](Allocation::put_gathered) before
+    /// Hands the samples out, to be kept elsewhere, and forgets the caps; they must be [put back](Allocation::put_gathered) before
     /// anything else is done.
     pub fn take_gathered(&mut self) -> PixelSums {
+        self.caps = Caps::default();
         let nothing = PixelSums::new(self.gathered.width, 0, self.gathered.replicates);
         std::mem::replace(&mut self.gathered, nothing)
     }

@@ -39,6 +39,8 @@ use serde::{Deserialize, Serialize};
 const CAUTION: f64 = 1.0;
 /// Confidence of the lower limit on r.
 const RATE_CONFIDENCE: f64 = 0.9;
+/// A channel so many deviations above white is shown as white.
+const SURE: f64 = 3.0;
 /// Greatest r that is used: that of edges.
 const RATE_MOST: f64 = 2.0 * std::f64::consts::SQRT_2;
 
@@ -77,8 +79,8 @@ pub struct SamplingBound {
 }
 
 impl Noise {
-    /// A pixel from the sums over the consecutive quarters of its `samples` samples, linear RGB. A channel that all
-    /// quarters put at 1 or more is shown as 1 and taken to be right; no channel as shown errs by more than 1;
+    /// A pixel from the sums over the consecutive quarters of its `samples` samples, linear RGB. A channel above 1 by
+    /// `SURE` deviations or more is shown as 1 and taken to be right; no channel as shown errs by more than 1;
     /// elsewhere clamping only brings values nearer to each other.
     pub fn of_quarters(sums: [[f64; 3]; 4], samples: u32) -> Noise {
         let counts = quarters(samples).map(f64::from);
@@ -91,8 +93,9 @@ impl Noise {
         let shrink = (n1 * n2).sqrt() / (n1 + n2);
         // Errors of a pixel: mean over channels, so each counts with a third.
         let weight: [f64; 3] = std::array::from_fn(|c| {
-            let bright = (0..4).filter(there).all(|q| sums[q][c] >= counts[q]);
+            let mean = sums.iter().map(|sum| sum[c]).sum::<f64>() / (n1 + n2);
             let d = (first[c] - second[c]) * shrink;
+            let bright = mean - 1.0 >= SURE * d.abs();
             if bright { 0.0 } else { (1.0 / 3f64).sqrt() / d.abs().max(1.0) }
         });
         let apart = |a: [f64; 3], b: [f64; 3], shrink: f64| -> f64 {
@@ -121,7 +124,9 @@ impl Noise {
         let each = f64::from(samples) / r;
         let means: Vec<[f64; 3]> = sums.iter().map(|s| s.map(|sum| sum / each)).collect();
         let weight = std::array::from_fn(|c| {
-            let bright = means.iter().all(|m| m[c] >= 1.0);
+            let mean = means.iter().map(|m| m[c]).sum::<f64>() / r;
+            let spread = means.iter().map(|m| (m[c] - mean).powi(2)).sum::<f64>() / (r * (r - 1.0));
+            let bright = mean - 1.0 >= SURE * spread.sqrt();
             if bright { 0.0 } else { (1.0 / 3f64).sqrt() }
         });
         let (v, fourths) = moments(&means, weight);
@@ -266,10 +271,10 @@ mod tests {
     #[test]
     fn bright_channels_are_certain_and_the_rest_are_not() {
         let bright =
-            Noise::of_replicates(&[[5.0, 0.0, 1.5], [9.0, 0.0, 1.0], [4.0, 0.0, 3.0], [2.0, 0.0, 1.0]], 4);
+            Noise::of_replicates(&[[5.0, 0.0, 1.5], [6.0, 0.0, 1.4], [4.0, 0.0, 1.6], [5.0, 0.0, 1.5]], 4);
         assert_eq!((bright.squares, bright.fourths), (0.0, 0.0));
         let mixed =
-            Noise::of_replicates(&[[5.0, 0.0, 1.5], [9.0, 0.0, 0.9], [4.0, 0.0, 3.0], [2.0, 0.0, 1.0]], 4);
+            Noise::of_replicates(&[[5.0, 0.0, 1.5], [6.0, 0.0, 0.9], [4.0, 0.0, 1.6], [5.0, 0.0, 1.5]], 4);
         assert!(mixed.squares > 0.0);
     }
 

@@ -207,7 +207,7 @@ fn a_render_in_pieces_is_the_render_in_one() {
 fn a_step_may_be_cut_anywhere() {
     let picture = picture(Kind::Thin, 40, 9);
     let painter = || Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 1, traced: 0 };
-    let goal = Goal { target: Some(0.01), confidence: CONFIDENCE, first: 16, pilot: 16, most: 1024 };
+    let goal = Goal { target: Some(0.003), confidence: CONFIDENCE, first: 16, pilot: 16, most: 1024 };
     let mut whole = Allocation::new(40, 40, 1, goal, Caps::default());
     let Ok(_) = run(&mut whole, &mut painter(), |_| true);
     let mut cut = Allocation::new(40, 40, 1, goal, Caps::default());

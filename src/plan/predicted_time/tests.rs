@@ -201,7 +201,7 @@ fn other_kernels_are_refused() {
     assert!(of_fused.predict(&work(&split)).is_err() && of_fused.predict(&work(&fused)).is_ok());
     // What other versions called kernels is refused as well, in place of a prediction without them.
     let error = Model::of_report(&report(&[("trace", 1, 1000.0)], 1, GLASS_RAYS)).unwrap_err().to_string();
-    assert!(error.contains("`fused_depth`"), "{error}");
+    assert!(error.contains("`trace`"), "{error}");
 }
 
 /// A wide spread widens the range; no spread leaves the pace.

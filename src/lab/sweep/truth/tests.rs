@@ -49,10 +49,12 @@ fn it_stops_at_the_target_and_spends_samples_where_the_noise_is() {
     let mut source = Noisy { noise: noisy_half, traced: 0 };
     truth.refine(&mut source, 1e-3, 1 << 20, &mut |_, _, _| ()).unwrap();
     let info = truth.info(0.02);
-    // Half of the pixels, one channel of three: sigma^2 / n / 6 = target^2 wants n = 1667.
-    assert!(info.standard_error <= 1e-3 && info.converged && info.samples_most == 2048, "{info:?}");
+    // Half of the pixels, one channel of three: sigma^2 / n / 6 = target^2 wants n = 1667, so 2048, or twice that where
+    // chance makes the estimate too high.
+    let most = info.samples_most;
+    assert!(info.standard_error <= 1e-3 && info.converged && [2048, 4096].contains(&most), "{info:?}");
     assert!(!truth.info(0.002).converged);
-    assert_eq!(source.traced, 4 * 2048 + 4 * 64);
+    assert_eq!(source.traced, 4 * u64::from(most) + 4 * 64);
     // The estimate of its own error is right: pixels 0, 2, 4, 6 lie within five of it.
     for (p, colour) in truth.linear().iter().enumerate() {
         assert!((colour.x - p as f64 / 8.0).abs() <= 5.0 * 0.1 / 2048f64.sqrt(), "{p}: {colour}");
