@@ -16,8 +16,8 @@ use whitted::settings::Settings;
 
 /// Scenes in `tests/scenes`, and the SHA-256 of the linear image at the scene's own settings.
 const RECORDED: [(&str, &str); 2] = [
-    ("cornell", "7c606499c53cf3b867e50e9e91e104248a3ceef06f94458947e910410b8c2baf"),
-    ("cornell_glass", "48a5f434bf8462c137e399ef3e78dbb9d1002f8aa146dc2236bed5d21ab75ee9"),
+    ("cornell", "5eb35ed474d70c2213b030c35497f8d924eb850278ebd08f813feacbf5d6496e"),
+    ("cornell_glass", "179bb97f60fba56c1f9a4336bd3508363d5c42d6f0091531f30de709671ba164"),
 ];
 /// Where they were recorded.
 const DEVICE: &str = "llvmpipe (LLVM 15.0.6, 256 bits)";

@@ -120,7 +120,7 @@ fn the_program_draws_the_curve_of_every_kind_of_render() {
     assert!(page.contains("Error against time") && page.contains("Error against rays"));
 
     for (name, words) in [
-        ("error", &["--error", "0.02"][..]),
+        ("error", &["--error", "0.012"][..]),
         ("time", &["--time", "3"]),
         ("budget", &["--budget", "--samples", "4"]),
     ] {
@@ -128,7 +128,8 @@ fn the_program_draws_the_curve_of_every_kind_of_render() {
         let more = ["-o", "b.exr", "--report", report.as_str(), "-q"];
         render(&[words, &more, &with].concat()).assert().success();
         let rows = points(&folder, &report);
-        assert!(rows.len() >= if name == "budget" { 1 } else { 2 }, "{name}: {rows:?}");
+        // An error may be reached by the pilot alone.
+        assert!(rows.len() >= if name == "time" { 2 } else { 1 }, "{name}: {rows:?}");
         // The last point is of the file that was written.
         let [image, truth] = ["b.exr", "truth.exr"].map(|n| Picture::read(folder.path().join(n)).unwrap());
         let rmse = compare(&image.linear, &truth.linear).unwrap().rmse;
