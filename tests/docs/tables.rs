@@ -199,16 +199,15 @@ fn the_readme_sums_up_the_measured_promises() {
     );
     let by = "[`whitted calibrate`](docs/calibration.md)";
     row(
-        "`--budget`: the true error is within the stated one",
-        added(&table(&calibration, "`--budget`"), "RMSE within total bound"),
+        "`--budget`, scenes drawn at random: the true error is within the stated one",
+        added(&table(&calibration, "`--budget`"), "error within total bound"),
         by,
     );
     row(
-        "`--error E`: the true error is at most E",
+        "`--error E`, the same scenes: the true error is at most E",
         added(&table(&calibration, "`--error`"), "of these, kept"),
         by,
     );
-    row("`--time T`: done within T", added(&table(&calibration, "`--time`"), "at most 5 % late"), by);
     pages::check("README.md", |page| pages::with_block(page, "right", &text));
 }
 
