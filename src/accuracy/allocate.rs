@@ -139,6 +139,28 @@ pub struct Allocation {
     caps: Caps,
 }
 
+/// What all classes say together.
+struct Present {
+    noise: Noise,
+    /// What the variance is multiplied by to be safe.
+    factor: f64,
+    unseen: Unseen,
+    /// Greatest sum of squared errors from what no sample met.
+    hidden: f64,
+    /// Upper limit of the sum of squared errors.
+    squares: f64,
+}
+
+impl Present {
+    fn of(allocation: &Allocation) -> Present {
+        let (noise, unseen) = (allocation.noise(), allocation.unseen());
+        let confidence = allocation.goal.confidence;
+        let (_, factor) = noise.factor(allocation.gathered.replicates, confidence);
+        let hidden = unseen.squares(confidence);
+        Present { noise, factor, hidden, squares: joined(noise.variance(), factor, hidden), unseen }
+    }
+}
+
 /// What a class would gain by doubling the rest of it.
 struct Candidate {
     class: usize,
@@ -218,7 +240,7 @@ impl Allocation {
     pub fn outcome(&self) -> Outcome {
         match self.bound() {
             Some(b) if self.goal.target.is_some_and(|target| b.bound <= target) => Outcome::Reached,
-            Some(_) if self.candidates().is_empty() => Outcome::Capped,
+            Some(_) if !self.classes.iter().any(|c| self.can_double(c)) => Outcome::Capped,
             _ => Outcome::Unfinished,
         }
     }
@@ -236,8 +258,9 @@ impl Allocation {
         if self.outcome() != Outcome::Unfinished {
             return None;
         }
-        let mut candidates = self.candidates();
-        let lift = self.lift(&candidates);
+        let present = Present::of(self);
+        let mut candidates = self.candidates(&present);
+        let lift = self.lift(&present, &candidates);
         if let Some(lifted) = &lift {
             candidates.retain(|c| lifted.contains(&c.class));
         }
@@ -246,7 +269,7 @@ impl Allocation {
         let joins = |c: &&Candidate| {
             c.samples == samples && (lift.is_some() || c.drop * leader.cost >= JOINS * leader.drop * c.cost)
         };
-        let bound = self.bound()?.bound;
+        let bound = present.noise.bound(self.gathered.replicates, self.goal.confidence, present.hidden).bound;
         let mut need = match self.goal.target {
             Some(target) if lift.is_none() => {
                 (bound * bound - target * target) * self.gathered.samples.len() as f64
@@ -362,37 +385,33 @@ impl Allocation {
         all
     }
 
-    /// The sum of squared errors if the rest of each of `classes` is doubled: upper limit.
-    fn after(&self, classes: &[usize], factor: f64) -> f64 {
-        let noise = self.noise();
-        let share = noise.variance() / noise.squares.max(f64::MIN_POSITIVE);
-        let mut unseen = Unseen::default();
-        let mut fall = 0.0;
-        for (i, c) in self.classes.iter().enumerate() {
-            unseen.join(&c.unseen[0]);
-            if classes.contains(&i) {
-                unseen.join(&c.unseen[1].doubled());
-                fall += c.noise[1].squares * (1.0 - c.doubled);
-            } else {
-                unseen.join(&c.unseen[1]);
-            }
+    /// Upper limit of the sum of squared errors if the rest of each of `classes`, in ascending order, is doubled.
+    fn after(&self, present: &Present, classes: &[usize]) -> f64 {
+        let variance = present.noise.variance();
+        let share = variance / present.noise.squares.max(f64::MIN_POSITIVE);
+        let (mut unseen, mut fall) = (present.unseen.clone(), 0.0);
+        for c in classes.iter().map(|class| &self.classes[*class]) {
+            unseen = unseen.with_doubled(&c.unseen[1]);
+            fall += c.noise[1].squares * (1.0 - c.doubled);
         }
-        joined(noise.variance() - share * fall, factor, unseen.squares(self.goal.confidence))
+        joined(variance - share * fall, present.factor, unseen.squares(self.goal.confidence))
+    }
+
+    fn can_double(&self, class: &Class) -> bool {
+        class.samples <= self.goal.most / 2
     }
 
     /// Classes that can be doubled, most gain per ray first.
-    fn candidates(&self) -> Vec<Candidate> {
-        let (_, factor) = self.noise().factor(self.gathered.replicates, self.goal.confidence);
-        let present = self.after(&[], factor);
+    fn candidates(&self, present: &Present) -> Vec<Candidate> {
         let mut all: Vec<Candidate> = (self.classes.iter().enumerate())
-            .filter(|(_, c)| c.samples <= self.goal.most / 2)
+            .filter(|(_, c)| self.can_double(c))
             .map(|(class, c)| {
                 let pixels = c.pixels.len() - c.ahead;
                 Candidate {
                     class,
                     pixels,
                     samples: c.samples,
-                    drop: present - self.after(&[class], factor),
+                    drop: present.squares - self.after(present, &[class]),
                     cost: c.rays * pixels as f64 * f64::from(c.samples),
                 }
             })
@@ -403,17 +422,16 @@ impl Allocation {
 
     /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
     /// weighs most: all of the fewest samples, or those of them that may hold something bright.
-    fn lift(&self, candidates: &[Candidate]) -> Option<Vec<usize>> {
-        let (_, factor) = self.noise().factor(self.gathered.replicates, self.goal.confidence);
-        let present = self.after(&[], factor);
+    fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
         let mut best: Option<(f64, Vec<usize>)> = None;
         for bright in [true, false] {
             let able = || candidates.iter().filter(|c| !bright || self.classes[c.class].is_bright());
             let Some(least) = able().map(|c| c.samples).min() else { continue };
             let low: Vec<&Candidate> = able().filter(|c| c.samples == least).collect();
-            let classes: Vec<usize> = low.iter().map(|c| c.class).collect();
+            let mut classes: Vec<usize> = low.iter().map(|c| c.class).collect();
+            classes.sort_unstable();
             let cost: f64 = low.iter().map(|c| c.cost).sum();
-            let gain = (present - self.after(&classes, factor)) / cost;
+            let gain = (present.squares - self.after(present, &classes)) / cost;
             if best.as_ref().is_none_or(|b| gain > b.0) {
                 best = Some((gain, classes));
             }

@@ -119,8 +119,7 @@ struct Projection {
 impl Projection {
     fn new(scene: &Scene, settings: &Settings) -> Projection {
         let c = &scene.camera;
-        let forward = (c.look_at - c.look_from).normalize();
-        let right = forward.cross(c.up).normalize();
+        let [right, up, forward] = c.axes();
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let region = settings.region();
@@ -129,7 +128,7 @@ impl Projection {
             eye: c.look_from,
             forward,
             right: right / half_width,
-            down: -right.cross(forward) / half_height,
+            down: -up / half_height,
             size: [settings.width, settings.height].map(f64::from),
             region,
             pixels: vec![Cap { radiance: 1.0, area: 0.0, mirrored: 0.0 }; ((x1 - x0) * (y1 - y0)) as usize],
@@ -197,11 +196,8 @@ impl Projection {
 
     /// A pixel that holds nothing bright may hold anything up to white.
     fn caps(self) -> Caps {
-        Caps::new(
-            self.pixels
-                .into_iter()
-                .map(|c| if c.area > 0.0 { c } else { Cap { mirrored: c.mirrored, ..Cap::WHITE } }),
-        )
+        let cap = |c: Cap| if c.area > 0.0 { c } else { Cap { mirrored: c.mirrored, ..Cap::WHITE } };
+        Caps::new(self.pixels.into_iter().map(cap))
     }
 }
 

@@ -13,6 +13,7 @@
 
 use super::pixel_sums::PixelSums;
 use super::quantile;
+use super::sampling::RATE_MOST;
 use crate::render::samples::quarters;
 use rayon::prelude::*;
 
@@ -22,8 +23,6 @@ const REACH: u32 = 2;
 const OWN: f64 = 4.0;
 /// Greatest rate of a doubling: smooth functions, n^-3.
 const SMOOTH_RATE: f64 = 8.0;
-/// The same along edges.
-const EDGE_RATE: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// What the quarters of a pixel say, channel by channel.
 #[derive(Clone, Copy, Default)]
@@ -93,7 +92,7 @@ fn rate(evidence: &[Evidence], edge: bool) -> f64 {
         coarse += e.coarse.iter().sum::<f64>();
         fine += e.fine.iter().sum::<f64>();
     }
-    let most = if edge { EDGE_RATE } else { SMOOTH_RATE };
+    let most = if edge { RATE_MOST } else { SMOOTH_RATE };
     if coarse > 0.0 { (fine / coarse).clamp(2.0, most) } else { 2.0 }
 }
 

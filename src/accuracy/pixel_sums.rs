@@ -66,7 +66,7 @@ impl PixelSums {
         }
     }
 
-    /// As [`PixelSums::add`] for any number of samples, but what is told apart in sets is lost: only means are right.
+    /// As [`PixelSums::add`] for any number of samples, but the sets are lost: only means are right.
     pub fn add_means(&mut self, pixels: &[u32], samples: u32, traced: &Traced) {
         let s = sets(self.replicates);
         for ((at, more), sums) in pixels.iter().zip(&traced.marks).zip(traced.sums.chunks(s)) {
@@ -93,34 +93,19 @@ impl PixelSums {
 
     /// Takes what [`PixelSums::put`] wrote from the front of `from`; `None` if that is too short.
     pub(super) fn take(from: &mut &[u8]) -> Option<PixelSums> {
-        let mut word = || {
-            let (n, rest) = from.split_first_chunk()?;
-            *from = rest;
-            Some(u32::from_le_bytes(*n))
-        };
-        let (width, replicates, pixels) = (word()?, word()? as usize, word()? as usize);
-        let samples = (0..pixels).map(|_| word()).collect::<Option<_>>()?;
+        let (width, replicates, pixels) = (word(from)?, word(from)? as usize, word(from)? as usize);
+        let samples = (0..pixels).map(|_| word(from)).collect::<Option<_>>()?;
         let mut mark = || {
-            let (hash_least, hash_most, rays, depth) = (word()?, word()?, word()?, word()?);
+            let (hash_least, hash_most, rays, depth) = (word(from)?, word(from)?, word(from)?, word(from)?);
             Some(Mark { hash_least, hash_most, rays, depth, cut: 0.0 })
         };
         let mut marks = (0..pixels).map(|_| mark()).collect::<Option<Vec<Mark>>>()?;
-        let mut word = || {
-            let (n, rest) = from.split_first_chunk()?;
-            *from = rest;
-            Some(u32::from_le_bytes(*n))
-        };
-        let fixed = word().filter(|n| *n == 0 || *n as usize == pixels)?;
-        let brightest = (0..fixed).map(|_| word().map(f32::from_bits)).collect::<Option<_>>()?;
-        let mut number = || {
-            let (x, rest) = from.split_first_chunk()?;
-            *from = rest;
-            Some(f64::from_le_bytes(*x))
-        };
-        let mut sum = || Some([number()?, number()?, number()?]);
+        let fixed = word(from).filter(|n| *n == 0 || *n as usize == pixels)?;
+        let brightest = (0..fixed).map(|_| word(from).map(f32::from_bits)).collect::<Option<_>>()?;
+        let mut sum = || Some([number(from)?, number(from)?, number(from)?]);
         let sums = (0..pixels.checked_mul(sets(replicates))?).map(|_| sum()).collect::<Option<_>>()?;
         for m in &mut marks {
-            m.cut = number()?;
+            m.cut = number(from)?;
         }
         Some(PixelSums { width, replicates, samples, sums, marks, brightest })
     }
@@ -131,12 +116,18 @@ impl PixelSums {
         &self.sums[at * s..(at + 1) * s]
     }
 
-    /// Samples in each set of pixel `at`.
-    pub fn counts_of(&self, at: usize) -> Vec<u32> {
-        match self.replicates {
-            1 => quarters(self.samples[at]).to_vec(),
-            r => vec![self.samples[at] / r as u32; r],
-        }
+    /// The sets of pixel `at` that have samples: sum, and samples.
+    fn sets_of(&self, at: usize) -> impl Iterator<Item = (&[f64; 3], f64)> {
+        let (samples, r) = (self.samples[at], self.replicates);
+        let quarters = quarters(samples);
+        let count = move |set: usize| if r > 1 { samples / r as u32 } else { quarters[set] };
+        let sets = self.sums_of(at).iter().enumerate().map(move |(set, sum)| (sum, f64::from(count(set))));
+        sets.filter(|(_, count)| *count > 0.0)
+    }
+
+    /// Rows of the image.
+    pub fn height(&self) -> u32 {
+        self.samples.len() as u32 / self.width.max(1)
     }
 
     /// What pixel `at` says of its sampling error; it has samples.
@@ -149,17 +140,15 @@ impl PixelSums {
 
     /// True if every set of samples of pixel `at` puts all channels at white or more.
     pub fn is_white(&self, at: usize) -> bool {
-        let sets = self.sums_of(at).iter().zip(self.counts_of(at));
-        sets.into_iter().all(|(sum, count)| sum.iter().all(|channel| *channel >= f64::from(count)))
+        self.sets_of(at).all(|(sum, count)| sum.iter().all(|channel| *channel >= count))
     }
 
     /// Greatest radiance that a set of samples saw in each pixel or up to `NEAR` from it, at least 1; 1 where all
     /// samples of the pixel and its neighbours took one path.
     fn brightest_around(&self) -> Vec<f32> {
-        let (width, height) = (self.width as usize, self.samples.len() / self.width.max(1) as usize);
+        let (width, height) = (self.width as usize, self.height() as usize);
         let own = |at: usize| {
-            let sets = self.sums_of(at).iter().zip(self.counts_of(at)).filter(|(_, count)| *count > 0);
-            sets.flat_map(|(sum, count)| sum.map(|c| (c / f64::from(count)) as f32)).fold(1.0, f32::max)
+            self.sets_of(at).flat_map(|(sum, count)| sum.map(|c| (c / count) as f32)).fold(1.0, f32::max)
         };
         let own: Vec<f32> = (0..self.samples.len()).map(own).collect();
         let near = |middle: usize, end: usize, reach: usize| {
@@ -292,6 +281,20 @@ impl PixelSums {
     pub fn truncation(&self, limit: &RadianceLimit) -> TruncationBound {
         truncation::truncation((0..self.samples.len()).map(|at| (self.mean(at), self.cut(at))), limit)
     }
+}
+
+/// A number from the front of `from`.
+fn word(from: &mut &[u8]) -> Option<u32> {
+    let (n, rest) = from.split_first_chunk()?;
+    *from = rest;
+    Some(u32::from_le_bytes(*n))
+}
+
+/// As [`word`], of 64 bits.
+fn number(from: &mut &[u8]) -> Option<f64> {
+    let (x, rest) = from.split_first_chunk()?;
+    *from = rest;
+    Some(f64::from_le_bytes(*x))
 }
 
 fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -42,7 +42,7 @@ const RATE_CONFIDENCE: f64 = 0.9;
 /// A channel so many deviations above white is shown as white.
 const SURE: f64 = 3.0;
 /// Greatest r that is used: that of edges.
-const RATE_MOST: f64 = 2.0 * std::f64::consts::SQRT_2;
+pub(super) const RATE_MOST: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// What one pixel, or a set of them, says of its error.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]

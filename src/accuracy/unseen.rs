@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 const PEAK: f64 = 1.256_431_208_626_17;
 
 /// What a pixel may hold unseen.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cap {
     /// Greatest radiance; infinite if unbounded.
     pub radiance: f32,
@@ -104,13 +104,13 @@ impl Caps {
     pub fn new(pixels: impl Iterator<Item = Cap>) -> Caps {
         let mut index: BTreeMap<[u32; 3], u16> = BTreeMap::new();
         let mut list = Vec::new();
-        let up = |x: f32, steps: f32| if x > 1.0 { f32::exp2((x.log2() * steps).ceil() / steps) } else { x };
+        let up = |x: f32| if x > 1.0 { f32::exp2((x.log2() * 4.0).ceil() / 4.0) } else { x };
         let of = pixels
             .map(|cap| {
                 let mut cap = Cap {
                     area: f32::exp2(cap.area.max(f32::MIN_POSITIVE).log2().ceil()).min(1.0),
-                    radiance: up(cap.radiance, 4.0),
-                    mirrored: up(cap.mirrored, 4.0),
+                    radiance: up(cap.radiance),
+                    mirrored: up(cap.mirrored),
                 };
                 if list.len() >= usize::from(u16::MAX) {
                     // More than any image has; the worst of all is safe.
@@ -189,12 +189,19 @@ impl Unseen {
         self.pixels.keys().any(|(_, radiance, _)| f32::from_bits(*radiance) > 1.0)
     }
 
-    /// The same pixels with twice the samples.
-    pub fn doubled(&self) -> Unseen {
-        let double = |(&(n, radiance, area), &count): (&(u32, u32, u32), &u64)| {
-            ((n.saturating_mul(2), radiance, area), count)
-        };
-        Unseen { pixels: self.pixels.iter().map(double).collect() }
+    /// The same with twice the samples in the pixels of `part`, which are some of these.
+    pub fn with_doubled(mut self, part: &Unseen) -> Unseen {
+        for (&(samples, radiance, area), &count) in &part.pixels {
+            let left = self.pixels.entry((samples, radiance, area)).or_default();
+            *left -= count;
+            if *left == 0 {
+                self.pixels.remove(&(samples, radiance, area));
+            }
+        }
+        for (&(samples, radiance, area), &count) in &part.pixels {
+            *self.pixels.entry((samples.saturating_mul(2), radiance, area)).or_default() += count;
+        }
+        self
     }
 
     /// Greatest sum of squared errors that the pixels have from what no sample met, with confidence `confidence`.
@@ -312,6 +319,13 @@ mod tests {
         assert!(squares(large, Known::NOTHING) > 5.0 * white);
         let small = Cap { radiance: 40.0, area: 0.05, mirrored: 0.0 };
         assert!(squares(small, quiet) > 5.0 * white);
+    }
+
+    #[test]
+    fn doubled_pixels_are_counted_once() {
+        let part = of(&[(4, Cap::WHITE, 3), (8, Cap::WHITE, 2)]);
+        let whole = of(&[(4, Cap::WHITE, 3), (8, Cap::WHITE, 5)]);
+        assert_eq!(whole.with_doubled(&part), of(&[(8, Cap::WHITE, 6), (16, Cap::WHITE, 2)]));
     }
 
     /// What mirrors may show counts up to what was seen.

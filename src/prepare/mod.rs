@@ -274,9 +274,7 @@ impl Packed {
     /// The camera of `scene` under `settings`.
     pub fn camera(&self, scene: &Scene, settings: &Settings) -> double::Camera {
         let c = &scene.camera;
-        let forward = (c.look_at - c.look_from).normalize();
-        let right = forward.cross(c.up).normalize();
-        let up = right.cross(forward);
+        let [right, up, forward] = c.axes();
         let (eye, advance) = self.local_frame.eye(c, forward);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);

@@ -83,6 +83,15 @@ pub struct Camera {
     pub height: u32,
 }
 
+impl Camera {
+    /// Unit vectors to the right, up and forward.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let forward = (self.look_at - self.look_from).normalize();
+        let right = forward.cross(self.up).normalize();
+        [right, right.cross(forward), forward]
+    }
+}
+
 /// `[render]`: defaults of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderDefaults {

@@ -202,7 +202,7 @@ impl Task<'_> {
             ErrorInfo { void: lost.or_else(|| not_finite(&linear)), ..error }
         });
         let file = self.request.file;
-        let height = samples.samples.len() as u32 / samples.width.max(1);
+        let height = samples.height();
         let cancelled = self.observer.cancelled();
         let limit = self.limit;
         let (rounding, unfinished) = (None, None);

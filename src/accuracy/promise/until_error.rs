@@ -70,12 +70,12 @@ impl Task<'_> {
         });
         let prepared = survey.prepared();
         let render = start.elapsed();
-        let (depth, brightest) = (survey.settings().depth, self.limit.clone());
+        let (depth, limit) = (survey.settings().depth, self.limit.clone());
         let image = Image { samples, rounding, prepared, render, before, coarse: true };
         let mut known = self.known(image, &survey);
         let error = known.report.error.as_ref();
         let met = error.is_some_and(|e| e.rounding.is_some() && e.void.is_none() && e.total <= target);
-        let why = error.map(|e| unmet(e, target, depth, &brightest, capped));
+        let why = error.map(|e| unmet(e, target, depth, &limit, capped));
         known.cancelled &= !met;
         known.unfinished = kept.filter(|_| !met);
         known.report.asked.error = Some(target);
@@ -115,11 +115,7 @@ impl Task<'_> {
     fn encoding(&mut self, image: &PixelSums, target: f64) -> f64 {
         let Some(format) = self.request.file else { return 0.0 };
         let linear = image.linear();
-        let view = View {
-            width: image.width,
-            height: image.samples.len() as u32 / image.width.max(1),
-            linear: &linear,
-        };
+        let view = View { width: image.width, height: image.height(), linear: &linear };
         let error = format.encoding_error(view);
         if format == Format::Png(Bits::Eight) && !self.request.keep_bits && error > ENCODING_SHARE * target {
             let finer = Format::Png(Bits::Sixteen);

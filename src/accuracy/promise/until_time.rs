@@ -261,8 +261,7 @@ impl Task<'_> {
 fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
     let clock = Instant::now();
     let linear = image.filled();
-    let height = linear.len() as u32 / image.width.max(1);
-    let view = View { width: image.width, height, linear: &linear };
+    let view = View { width: image.width, height: image.height(), linear: &linear };
     // Errors cannot be: nothing is written anywhere.
     let _ = Format::Png(Bits::Eight).encode(view, &Metadata::default(), &mut io::sink());
     let _ = crate::image::linear_sha256(&linear);

@@ -63,7 +63,7 @@ pub struct CompareArgs {
     #[arg(long, conflicts_with_all = ["threshold", "metric"])]
     pub statistical: bool,
 
-    /// Probability that --statistical reports a difference although there is none, in (0, 1) [default: 0.01]
+    /// Rate of false alarms of --statistical, in (0, 1) [default: 0.01]
     #[arg(long, value_name = "P", value_parser = values::significance, requires = "statistical")]
     pub significance: Option<f64>,
 

@@ -27,12 +27,11 @@ struct Projection {
 impl Projection {
     fn new(scene: &Scene, width: u32, height: u32) -> Projection {
         let camera = &scene.camera;
-        let forward = (camera.look_at - camera.look_from).normalize();
-        let right = forward.cross(camera.up).normalize();
+        let [right, up, forward] = camera.axes();
         Projection {
             from: camera.look_from,
             right,
-            up: right.cross(forward),
+            up,
             forward,
             scale: f64::from(height) / (2.0 * (camera.fov / 2.0).tan()),
             size: [f64::from(width), f64::from(height)],

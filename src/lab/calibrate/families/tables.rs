@@ -198,8 +198,8 @@ the median over images.\n\n{}",
         }
         format!(
             "## Render to an error: `--error`\n\n\
-Gain: cost of a plain render / cost of `--error`, geometric mean over the scenes; above 1, `--error` is cheaper. The plain render is \
-told the depth, cutoff and precision that `--error` chose, and the smallest number of samples (of 1, 2, 3, 4, 6, 8, 12 ...) that keeps \
+Gain: cost of a plain render / cost of `--error`, geometric mean over the scenes; above 1, `--error` is cheaper. The plain render \
+has the depth, cutoff and precision that `--error` chose, and the smallest number of samples (of 1, 2, 3, 4, 6, 8, 12 ...) that keeps \
 the error in 95 % of the seeds, which no user knows in advance.\n\n{}",
             table(&columns, &rows)
         )

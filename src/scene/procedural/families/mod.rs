@@ -44,7 +44,7 @@ pub enum Family {
     Corridor,
     /// Glass in glass: shells, bubbles and drops.
     NestedGlass,
-    /// Smooth images of which one per cent is full of detail.
+    /// Smooth images with fine detail in one per cent of the area.
     Busy,
     /// Nearly black images.
     Dim,
@@ -95,7 +95,7 @@ impl Family {
             Family::GlassCrowd => "many glass spheres",
             Family::Corridor => "mirrors that face each other",
             Family::NestedGlass => "glass in glass: shells, bubbles and drops",
-            Family::Busy => "smooth images of which 1 % is full of detail",
+            Family::Busy => "smooth images with fine detail in 1 % of the area",
             Family::Dim => "nearly black images",
         }
     }

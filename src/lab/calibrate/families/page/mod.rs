@@ -15,7 +15,7 @@ const SCATTER: &str = "Each dot is one render: its true error, and the bound tha
                        that did not hold; far above it, one that is wider than necessary.";
 const COVERAGE: &str = "Share of the trials whose bound held, with its 95 % confidence interval. The vertical line is the \
                         confidence that was asked for: an interval wholly to its left is a bound that claims too much.";
-const GAIN: &str = "Rays of a plain render that is told depth and samples / rays of <code>--error</code>, geometric mean over \
+const GAIN: &str = "Rays of a plain render with the right depth and samples / rays of <code>--error</code>, geometric mean over \
                     the scenes, with the least and the greatest. Right of the line, <code>--error</code> is cheaper.";
 
 impl FamilyCalibration {
