@@ -6,7 +6,9 @@ pub mod bounds;
 mod error;
 mod library;
 mod material;
+mod model;
 mod mtl;
+mod notes;
 mod obj;
 mod parse;
 mod polygon;
@@ -17,6 +19,7 @@ mod transform;
 mod tokens;
 
 pub use error::SceneError;
+pub use notes::{Note, Notes};
 pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
 pub use transform::{Transform, rotation};
 
@@ -48,6 +51,8 @@ pub struct Scene {
     pub polygons: Vec<Polygon>,
     /// Triangle meshes, already scaled, rotated and moved to their place.
     pub meshes: Vec<Mesh>,
+    /// What its readers assumed or left out; empty if built by hand.
+    pub notes: Notes,
 }
 
 /// How long it took to read a scene. No property of the scene: two readings of one file are equal, and print alike.

@@ -2,9 +2,11 @@
 
 use super::error::{SceneError, Source, did_you_mean, list, unreadable};
 use super::library::Library;
+use super::model::{Model, Wanted};
+use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{Camera, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
-use super::{material, obj, polygon};
+use super::{Camera, Light, Material, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
+use super::{material, model, polygon};
 use glam::DVec3;
 use std::path::Path;
 use std::str::FromStr;
@@ -89,7 +91,8 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     top.only(&TOP)?;
 
     let materials = materials(&top)?;
-    let mut reader = Reader { own: materials.len(), library: Library::new(materials) };
+    let reading = Reading { strict: false, notes: Notes::default() };
+    let mut reader = Reader { own: materials.len(), library: Library::new(materials), reading };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(
             "`[camera]` is missing",
@@ -98,12 +101,18 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     })?)?;
     let render = single(&top, "render")?.map_or(Ok(RENDER), |table| render(&table))?;
     let lights = each(&top, "light")?.iter().map(light).collect::<Result<_, _>>()?;
-    let spheres = each(&top, "sphere")?.iter().map(|t| reader.sphere(t)).collect::<Result<_, _>>()?;
+    let mut spheres: Vec<_> =
+        each(&top, "sphere")?.iter().map(|t| reader.sphere(t)).collect::<Result<_, _>>()?;
     let polygons = each(&top, "polygon")?.iter().map(|t| reader.polygon(t)).collect::<Result<_, _>>()?;
-    let meshes = each(&top, "mesh")?.into_iter().map(|t| reader.mesh(t)).collect::<Result<_, _>>()?;
-    let materials = reader.library.materials;
+    let mut meshes = Vec::new();
+    for table in each(&top, "mesh")? {
+        let model = reader.mesh(table)?;
+        meshes.extend(model.meshes);
+        spheres.extend(model.spheres);
+    }
+    let (materials, notes) = (reader.library.materials, reader.reading.notes);
     let (file, read_time) = (path.to_owned(), ReadTime::default());
-    Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes })
+    Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes, notes })
 }
 
 /// The table `[key]`, if written.
@@ -223,6 +232,7 @@ struct Reader {
     library: Library,
     /// The first `own` materials are the scene text's; those of MTL files follow.
     own: usize,
+    reading: Reading,
 }
 
 impl Reader {
@@ -276,7 +286,7 @@ impl Reader {
         Ok(Polygon { vertices, normal, material: self.material(&table.need("material", "\"white\"")?)? })
     }
 
-    fn mesh(&mut self, mut table: Table) -> Result<Mesh, SceneError> {
+    fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {
         table.only(&["file", "material", "scale", "rotate", "translate"])?;
         let name = table.need("file", "\"cube.obj\"")?.text("\"cube.obj\"")?.to_owned();
         table.object = format!("mesh `{name}`");
@@ -296,6 +306,8 @@ impl Reader {
             SceneError { cause: Some(e), ..error }
         })?;
         let source = Source { file: &path, text: &text };
-        obj::read(source, &table.object, whole, Transform::new(scale, rotate, translate), &mut self.library)
+        let place = Transform::new(scale, rotate, translate);
+        let wanted = Wanted { object: &table.object, material: whole, place, node: None };
+        model::read(source, wanted, &mut self.library, &mut self.reading)
     }
 }

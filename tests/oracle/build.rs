@@ -3,7 +3,7 @@
 use glam::DVec3;
 use whitted::reference::oracle::{Oracle, Sample};
 use whitted::scene::{
-    Camera, Face, Fresnel, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
+    Camera, Face, Fresnel, Light, Material, Mesh, Notes, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
 };
 use whitted::settings::Settings;
 
@@ -61,6 +61,7 @@ pub fn scene() -> Scene {
         spheres: vec![],
         polygons: vec![],
         meshes: vec![],
+        notes: Notes::default(),
     }
 }
 

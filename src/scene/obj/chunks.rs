@@ -160,7 +160,7 @@ impl Piece {
                     }
                     piece.vertices.push(vertex);
                 }
-                b"vn" => piece.normals.push(place.direction(unit(cursor.vector()?)?)),
+                b"vn" => piece.normals.push(place.normal(unit(cursor.vector()?)?)),
                 b"f" => piece.face(&mut cursor)?,
                 b"vt" | b"o" | b"g" | b"s" | b"" => {}
                 b"usemtl" | b"mtllib" => piece.statements.push((line, piece.faces.len())),

@@ -190,7 +190,7 @@ impl<'a> Reader<'a> {
                 "write a direction, or remove the normals from the faces that use it",
             ));
         };
-        self.normals.push(self.place.direction(normal));
+        self.normals.push(self.place.normal(normal));
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Scenes and parts of scenes that several cases use.
 
 use crate::scene::{
-    Camera, Face, Fresnel, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
+    Camera, Face, Fresnel, Light, Material, Mesh, Notes, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
 };
 use glam::DVec3;
 use std::path::PathBuf;
@@ -48,6 +48,7 @@ pub fn empty(materials: Vec<Material>) -> Scene {
         spheres: Vec::new(),
         polygons: Vec::new(),
         meshes: Vec::new(),
+        notes: Notes::default(),
     }
 }
 
