@@ -4,7 +4,9 @@ use super::bench::{Bench, Image};
 use super::judge::Shown;
 use super::layer::LayerTrial;
 use super::plan::Trials;
-use super::record::{BudgetRecord, ErrorRecord, ErrorTrialRecord, PlainRecord, SceneRecord, TimeRecord};
+use super::record::{
+    BudgetRecord, ErrorRecord, ErrorTrialRecord, PlainInTime, PlainRecord, SceneRecord, TimeRecord,
+};
 use super::seeds;
 use super::truth::{Paths, Tracer, Truth};
 use crate::render::{Observer, RenderError, Renderer};
@@ -36,6 +38,14 @@ struct Pair {
     plain_rays: u64,
 }
 
+/// A trial of `--time` with its plain counterpart, not yet judged.
+struct Timed {
+    asked: f64,
+    image: Image,
+    /// Image, samples and wall seconds.
+    plain: Option<(Shown, u32, f64)>,
+}
+
 /// Measures `scene`; `None` if cancelled.
 pub(super) fn measure(
     renderer: &mut Renderer,
@@ -58,14 +68,7 @@ pub(super) fn measure(
         }
         reached.push((target, images));
     }
-    let mut timed: Vec<(f64, Image)> = Vec::new();
-    for &asked in &trials.times {
-        for seed in seeds::trials(trials.seeds) {
-            let Some(image) = bench.time(seed, asked, &mut steps)? else { return Ok(None) };
-            timed.push((asked, image));
-            steps.step();
-        }
-    }
+    let Some(timed) = timed(&mut bench, trials, &mut steps)? else { return Ok(None) };
 
     let sought = TRUTH_SHARE * smallest(&pairs, trials);
     let mut tracer = Tracer::new(bench.renderer, scene, &settings, trials.truth_rays);
@@ -87,7 +90,7 @@ pub(super) fn measure(
         truth: truth.record.clone(),
         truth_at_depth: at_depth.as_ref().map(|t| t.record.clone()),
         budget: pairs.iter().map(|pair| pair.judged(&truth, same_depth)).collect(),
-        time: timed.iter().map(|(asked, image)| time_record(*asked, image, &truth)).collect(),
+        time: timed.iter().map(|timed| timed.judged(&truth)).collect(),
         ..SceneRecord::default()
     };
     let mut bench = Bench { renderer: tracer.renderer, scene, settings, confidence: trials.confidence };
@@ -128,6 +131,28 @@ fn pairs(
         }
     }
     Ok(Some(pairs))
+}
+
+/// Trials of `--time`, each followed by the plain render that fits into the same time.
+fn timed(
+    bench: &mut Bench<'_>,
+    trials: &Trials,
+    steps: &mut Steps<'_>,
+) -> Result<Option<Vec<Timed>>, RenderError> {
+    let mut timed = Vec::new();
+    for &asked in &trials.times {
+        // Compiles the kernels.
+        if bench.time(seeds::WARM, asked, steps)?.is_none() {
+            return Ok(None);
+        }
+        for seed in seeds::trials(trials.seeds) {
+            let Some(image) = bench.time(seed, asked, steps)? else { return Ok(None) };
+            let Some(plain) = bench.plain_in_time(seed, asked, steps)? else { return Ok(None) };
+            timed.push(Timed { asked, image, plain });
+            steps.step();
+        }
+    }
+    Ok(Some(timed))
 }
 
 /// Estimate of the smallest error that is to be judged. Images with different seeds differ by the root of 2 times their
@@ -175,13 +200,20 @@ fn error_record(image: &Image, truth: &Truth) -> ErrorTrialRecord {
     }
 }
 
-fn time_record(asked: f64, image: &Image, truth: &Truth) -> TimeRecord {
-    TimeRecord {
-        asked,
-        seed: image.seed,
-        seconds: image.wall,
-        stated: image.stated,
-        error: truth.reference.measure(&image.shown),
+impl Timed {
+    fn judged(&self, truth: &Truth) -> TimeRecord {
+        TimeRecord {
+            asked: self.asked,
+            seed: self.image.seed,
+            seconds: self.image.wall,
+            stated: self.image.stated,
+            error: truth.reference.measure(&self.image.shown),
+            plain: self.plain.as_ref().map(|(shown, samples, seconds)| PlainInTime {
+                samples: *samples,
+                seconds: *seconds,
+                error: truth.reference.measure(shown),
+            }),
+        }
     }
 }
 

@@ -1,22 +1,59 @@
-//! What to measure on families of scenes.
+//! What to measure, on which scenes.
 
 use crate::report::{DeviceInfo, ProgramInfo};
 use crate::scene::procedural::families::Family;
+use crate::scene::{Notes, ReadTime, Scene};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::PathBuf;
 
 /// Scenes of one family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Chosen {
     /// The family.
     pub family: Family,
-    /// The only scene to take; `None` for the first [`FamilyPlan::scenes`].
+    /// The only scene to take; `None` for the first [`Plan::scenes`].
     pub number: Option<u32>,
 }
 
-/// A calibration on families of scenes.
+/// A scene that was read from a file; the tables show it as a family of one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FamilyPlan {
-    /// The families.
+pub struct SceneFile {
+    /// Its name in tables: the file's, without folder and extension.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+}
+
+impl SceneFile {
+    /// Name and a hash of all that the scene says.
+    pub(super) fn fingerprint(&self) -> (String, String) {
+        let scene = Scene {
+            file: PathBuf::new(),
+            read_time: ReadTime::default(),
+            notes: Notes::default(),
+            ..self.scene.clone()
+        };
+        let hash = Sha256::digest(format!("{scene:?}"));
+        (self.name.clone(), hash.iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+}
+
+/// A scene to measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Subject {
+    /// That scene of a family.
+    Drawn(Family, u32),
+    /// Index into [`Plan::files`].
+    File(usize),
+}
+
+/// A calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Scenes from files.
+    pub files: Vec<SceneFile>,
+    /// Families to draw scenes from.
     pub families: Vec<Chosen>,
     /// Scenes of each family; their numbers are 0, 1, ...
     pub scenes: u32,
@@ -56,6 +93,9 @@ pub struct Header {
     pub device: DeviceInfo,
     /// The trials.
     pub trials: Trials,
+    /// Scenes from files: name, and hash of the content.
+    #[serde(default)]
+    pub files: Vec<(String, String)>,
 }
 
 /// The scenes named by words such as `all`, `wires` and `wires:3`, each once.
@@ -84,9 +124,16 @@ pub fn choose(words: &[String]) -> Result<Vec<Chosen>, String> {
     Ok(chosen)
 }
 
-impl FamilyPlan {
-    /// Family and number of every scene: first the first scene of each family, so that an early end has met them all.
-    pub fn list(&self) -> Vec<(Family, u32)> {
+impl Plan {
+    /// Every scene: the files, then those of families.
+    pub fn list(&self) -> Vec<Subject> {
+        let drawn = self.drawn().into_iter().map(|(family, number)| Subject::Drawn(family, number));
+        (0..self.files.len()).map(Subject::File).chain(drawn).collect()
+    }
+
+    /// Family and number of every drawn scene: first the first scene of each family, so that an early end has met them
+    /// all.
+    pub fn drawn(&self) -> Vec<(Family, u32)> {
         let mut list: Vec<(Family, u32)> = Vec::new();
         for chosen in &self.families {
             match chosen.number {
@@ -97,6 +144,14 @@ impl FamilyPlan {
         list.sort_unstable_by_key(|(family, number)| (*number, *family));
         list.dedup();
         list
+    }
+
+    /// Family and number in the records.
+    pub(super) fn key(&self, subject: Subject) -> (&str, u32) {
+        match subject {
+            Subject::Drawn(family, number) => (family.name(), number),
+            Subject::File(at) => (&self.files[at].name, 0),
+        }
     }
 }
 
@@ -116,6 +171,7 @@ impl Header {
                 "device",
                 same(&(&self.device.name, &self.device.driver), &(&other.device.name, &other.device.driver)),
             ),
+            ("scenes", same(&self.files, &other.files)),
             ("--seed", same(&a.seed, &b.seed)),
             ("--size", same(&[a.width, a.height], &[b.width, b.height])),
             ("--seeds", same(&a.seeds, &b.seeds)),
@@ -165,8 +221,9 @@ mod tests {
             truth_rays: 1e6,
         };
         let families = words(&["wires", "dim", "dim:5", "dim:1"]).unwrap();
-        let list = FamilyPlan { families, scenes: 2, trials }.list();
+        let list = Plan { files: Vec::new(), families, scenes: 2, trials }.list();
         use Family::{Dim, Wires};
-        assert_eq!(list, [(Wires, 0), (Dim, 0), (Wires, 1), (Dim, 1), (Dim, 5)]);
+        let drawn = [(Wires, 0), (Dim, 0), (Wires, 1), (Dim, 1), (Dim, 5)];
+        assert_eq!(list, drawn.map(|(family, number)| Subject::Drawn(family, number)));
     }
 }

@@ -6,11 +6,11 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// An open file of records.
-#[derive(Debug)]
+/// Records, in an open file or only here.
+#[derive(Debug, Default)]
 pub struct Store {
     path: PathBuf,
-    file: File,
+    file: Option<File>,
     records: Vec<SceneRecord>,
 }
 
@@ -55,7 +55,7 @@ impl Store {
         let file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(failed)?;
         let text = std::fs::read_to_string(path).map_err(failed)?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut store = Store { path: path.to_owned(), file, records: Vec::new() };
+        let mut store = Store { path: path.to_owned(), file: None, records: Vec::new() };
         let foreign = |line: usize, error: serde_json::Error| StoreError::Foreign {
             path: path.to_owned(),
             line: line + 1,
@@ -64,7 +64,8 @@ impl Store {
         let mut lines = text[..whole].lines().enumerate();
         match lines.next() {
             None if text.is_empty() || text.starts_with("{\"program\"") => {
-                store.file.set_len(0).map_err(failed)?;
+                file.set_len(0).map_err(failed)?;
+                store.file = Some(file);
                 store.append(header)?;
             }
             None => {
@@ -79,7 +80,8 @@ impl Store {
                 for (at, line) in lines {
                     store.records.push(serde_json::from_str(line).map_err(|e| foreign(at, e))?);
                 }
-                store.file.set_len(whole as u64).map_err(failed)?;
+                file.set_len(whole as u64).map_err(failed)?;
+                store.file = Some(file);
             }
         }
         Ok(store)
@@ -106,11 +108,12 @@ impl Store {
     }
 
     fn append(&mut self, value: &impl serde::Serialize) -> Result<(), StoreError> {
+        let Some(file) = &mut self.file else { return Ok(()) };
         let failed = |source| StoreError::File { path: self.path.clone(), source };
         let mut line = serde_json::to_vec(value).map_err(|e| failed(e.into()))?;
         line.push(b'\n');
         // One write at the end of the file: a line is there or is recognised as unfinished.
-        self.file.write_all(&line).and_then(|()| self.file.sync_data()).map_err(failed)
+        file.write_all(&line).and_then(|()| file.sync_data()).map_err(failed)
     }
 }
 
@@ -132,7 +135,8 @@ mod tests {
             confidence: 0.95,
             truth_rays: 1e6,
         };
-        Header { program: ProgramInfo::default(), device: DeviceInfo::default(), trials }
+        let (program, device) = (ProgramInfo::default(), DeviceInfo::default());
+        Header { program, device, trials, files: Vec::new() }
     }
 
     fn record(number: u32) -> SceneRecord {

@@ -1,7 +1,7 @@
 //! Values with intervals, one line each: drawn as SVG by hand, since the axis holds names.
 
 use super::html::escaped;
-use crate::lab::calibrate::families::{FamilySummary, Tally};
+use crate::lab::calibrate::{FamilySummary, Tally};
 use std::fmt::Write;
 
 /// Pixels.

@@ -2,6 +2,9 @@
 
 use crate::scene::procedural::families::draw::Draw;
 
+/// Seed of renders that are not judged.
+pub(super) const WARM: u32 = 0;
+
 /// Seeds of trials: 1, 2, ...
 pub(super) fn trials(count: u32) -> std::ops::RangeInclusive<u32> {
     1..=count

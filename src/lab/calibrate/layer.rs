@@ -1,7 +1,7 @@
 //! The layer of `--aov sampling` against the true errors of the pixels.
 
+use super::coverage::Coverage;
 use super::judge::{Reference, Shown};
-use crate::lab::calibrate::Coverage;
 use serde::{Deserialize, Serialize};
 
 /// Standard errors of the truth within which a pixel is left out.

@@ -1,9 +1,9 @@
 //! What the records of a family say together.
 
-use super::FamilyCalibration;
+use super::Calibration;
+use super::coverage::Coverage;
 use super::judge::{Judgement, Measured};
 use super::record::{BudgetRecord, ErrorRecord, SceneRecord, TimeRecord};
-use crate::lab::calibrate::Coverage;
 use crate::stats::{geometric_mean, median};
 
 /// Relative lateness up to which a time counts as kept.
@@ -79,6 +79,10 @@ pub struct TimeSummary {
     pub asked: f64,
     /// Renders at most 5 % late.
     pub on_time: Coverage,
+    /// RMSE / RMSE of the plain render that fits into the same time, geometric mean.
+    pub against_plain: Option<f64>,
+    /// Renders at least as good as that, of those that can be decided.
+    pub no_worse: Tally,
     /// True error against the total bound.
     pub total: Tally,
 }
@@ -98,7 +102,7 @@ pub struct FamilySummary {
     pub time: Vec<TimeSummary>,
 }
 
-impl FamilyCalibration {
+impl Calibration {
     /// One summary per family with records, and one of all.
     pub fn summaries(&self) -> Vec<FamilySummary> {
         let all: Vec<&SceneRecord> = self.scenes.iter().filter(|s| s.failure.is_none()).collect();
@@ -170,6 +174,8 @@ fn time(asked: f64, scenes: &[&SceneRecord]) -> TimeSummary {
     TimeSummary {
         asked,
         on_time: Coverage::of(of.iter().map(|t| t.seconds <= (1.0 + LATE) * asked)),
+        against_plain: geometric_mean(&of.iter().filter_map(|t| t.against_plain()).collect::<Vec<_>>()),
+        no_worse: Tally::of(of.iter().filter_map(|t| t.plain.map(|p| t.error.judge(p.error.range()[1])))),
         total: Tally::of(of.iter().filter_map(|t| t.judge())),
     }
 }
@@ -198,12 +204,12 @@ pub(super) struct Failure {
     pub(super) error: Measured,
 }
 
-impl FamilyCalibration {
+impl Calibration {
     /// All bounds that did not hold.
     pub(super) fn failures(&self) -> Vec<Failure> {
         let mut failures = Vec::new();
         for scene in &self.scenes {
-            let name = format!("{}:{}", scene.family, scene.number);
+            let name = scene.name();
             let mut add =
                 |judgement: Option<Judgement>, part, options, bound: Option<f64>, error: Measured| {
                     if judgement == Some(Judgement::Broken) {

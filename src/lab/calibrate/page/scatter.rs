@@ -1,6 +1,6 @@
 //! Stated against true error, one plot per family.
 
-use crate::lab::calibrate::families::{FamilyCalibration, SceneRecord};
+use crate::lab::calibrate::{Calibration, SceneRecord};
 use crate::lab::plot::{self, Axis, Chart, Legend, Look, Scale, Series};
 use crate::scene::procedural::families::Family;
 
@@ -10,7 +10,7 @@ const SIZE: (u32, u32) = (380, 340);
 const LEAST: f64 = 1e-5;
 
 /// The plots of all families with records, as SVG.
-pub(super) fn plots(calibration: &FamilyCalibration) -> Result<Vec<String>, String> {
+pub(super) fn plots(calibration: &Calibration) -> Result<Vec<String>, String> {
     let of = |family: Family| -> Vec<&SceneRecord> {
         calibration.scenes.iter().filter(|s| s.family == family.name() && s.failure.is_none()).collect()
     };
@@ -22,7 +22,7 @@ pub(super) fn plots(calibration: &FamilyCalibration) -> Result<Vec<String>, Stri
         .collect()
 }
 
-fn chart(calibration: &FamilyCalibration, family: Family, scenes: &[&SceneRecord]) -> Chart {
+fn chart(calibration: &Calibration, family: Family, scenes: &[&SceneRecord]) -> Chart {
     let point = |error: f64, stated: Option<f64>| Some((error.max(LEAST), stated?.max(LEAST)));
     let trials = &calibration.header.trials;
     let mut series: Vec<Series> = Vec::new();

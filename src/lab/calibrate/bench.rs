@@ -9,6 +9,11 @@ use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
 
+/// Plain renders that are tried to fill a time.
+const PLAIN_TRIES: u32 = 4;
+/// Most samples of these.
+const MOST_IN_TIME: u32 = 1 << 16;
+
 /// Renders trials of one scene.
 pub(super) struct Bench<'a> {
     pub(super) renderer: &'a mut Renderer,
@@ -101,6 +106,33 @@ impl Bench<'_> {
         let image = self.renderer.render_with(self.scene, settings, observer)?;
         let report = &image.report;
         Ok((image.done == 1.0).then(|| (Shown::of(&image.linear), report.rays.total(), report.time.render)))
+    }
+
+    /// The plain render with the most samples that takes at most `most` seconds, its samples and its wall seconds:
+    /// `Some(None)` if one sample takes longer; `None` if cancelled.
+    pub(super) fn plain_in_time(
+        &mut self,
+        seed: u32,
+        most: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Option<(Shown, u32, f64)>>, RenderError> {
+        let (mut samples, mut best) = (1u32, None);
+        for _ in 0..PLAIN_TRIES {
+            let settings = Settings { seed, samples, ..self.settings.clone() };
+            let from = Instant::now();
+            let Some((shown, ..)) = self.plain(&settings, observer)? else { return Ok(None) };
+            let wall = from.elapsed().as_secs_f64();
+            let fits = wall <= most;
+            if fits && best.as_ref().is_none_or(|(_, n, _)| samples > *n) {
+                best = Some((shown, samples, wall));
+            }
+            let next = (f64::from(samples) * most / wall * if fits { 1.0 } else { 0.9 }).floor();
+            if (!fits && samples == 1) || next == f64::from(samples) {
+                break;
+            }
+            samples = next.clamp(1.0, f64::from(MOST_IN_TIME)) as u32;
+        }
+        Ok(Some(best))
     }
 
     /// The settings that a render with `--error` chose, for a plain render.
