@@ -2,9 +2,13 @@
 //!
 //! A truth needs far more samples there: of a dot that covers 1e-4 of a pixel, a thousand samples mostly see nothing. The
 //! pixels must not be chosen by what samples saw, or the truth would be biased: dots that were missed would stay missing.
+//! Where even those samples meet a thing a few times only, their spread says little about the truth's own error: that
+//! follows from the thing's area and radiance instead ([`Small::variance`]).
 
 use crate::scene::Scene;
 use glam::DVec3;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 /// Largest radius of a small sphere, and half of the largest width of a small polygon, pixels.
 const SMALL: f64 = 1.5;
@@ -50,14 +54,46 @@ impl Projection {
     }
 }
 
-/// Row * width + column of the pixels, in ascending order.
-pub(super) fn pixels(scene: &Scene, width: u32, height: u32) -> Vec<u32> {
+/// Expected number of samples that meet a thing from which on their spread is trusted.
+const FEW: f64 = 30.0;
+
+/// A thing smaller than a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Small {
+    /// Its area, pixels.
+    area: f64,
+    /// Mean of its squared radiance, greatest channel.
+    square: f64,
+}
+
+impl Small {
+    /// Variance of the mean of `samples` samples of a pixel that holds it, as shown, if they are too few to tell: a share
+    /// a of radiance L has a L^2 / n.
+    pub(super) fn variance(&self, samples: f64) -> f64 {
+        match self.area * samples < FEW {
+            true => (self.area * self.square / samples).min(1.0),
+            false => 0.0,
+        }
+    }
+}
+
+/// Radiance of a surface's own colour, greatest channel, where its lights are at the distances that `at` has from them.
+fn radiance(scene: &Scene, material: usize, at: DVec3) -> f64 {
+    let m = &scene.materials[material];
+    let light = |sum: DVec3, l: &crate::scene::Light| sum + l.intensity / l.position.distance_squared(at);
+    ((1.0 - m.secondary) * m.diffuse * scene.lights.iter().fold(DVec3::splat(m.ambient), light)).max_element()
+}
+
+/// Row * width + column of the pixels, each with what it may hold.
+pub(super) fn pixels(scene: &Scene, width: u32, height: u32) -> BTreeMap<u32, Vec<Small>> {
     let view = Projection::new(scene, width, height);
-    let mut found = Vec::new();
-    let mut add = |low: [f64; 2], high: [f64; 2]| {
+    let mut found: BTreeMap<u32, Vec<Small>> = BTreeMap::new();
+    let mut add = |low: [f64; 2], high: [f64; 2], small: Small| {
         let clip = |x: f64, most: u32| x.floor().clamp(0.0, f64::from(most)) as u32;
         for y in clip(low[1], height)..clip(high[1] + 1.0, height) {
-            found.extend((clip(low[0], width)..clip(high[0] + 1.0, width)).map(|x| y * width + x));
+            for x in clip(low[0], width)..clip(high[0] + 1.0, width) {
+                found.entry(y * width + x).or_default().push(small);
+            }
         }
     };
     for sphere in &scene.spheres {
@@ -65,7 +101,9 @@ pub(super) fn pixels(scene: &Scene, width: u32, height: u32) -> Vec<u32> {
         // Off the axis the outline is longer than the radius, by up to the secant of the angle; twice is plenty.
         let reach = 2.0 * sphere.radius * scale;
         if sphere.radius * scale <= SMALL {
-            add([x - reach, y - reach], [x + reach, y + reach]);
+            let shown = radiance(scene, sphere.material, sphere.center);
+            let area = (PI * (sphere.radius * scale).powi(2)).min(1.0);
+            add([x - reach, y - reach], [x + reach, y + reach], Small { area, square: shown * shown });
         }
     }
     for polygon in &scene.polygons {
@@ -77,28 +115,38 @@ pub(super) fn pixels(scene: &Scene, width: u32, height: u32) -> Vec<u32> {
         };
         let (low, high) = (end(f64::INFINITY, f64::min), end(f64::NEG_INFINITY, f64::max));
         if (0..2).all(|axis| high[axis] - low[axis] <= 2.0 * SMALL) {
-            add(low, high);
+            let around = |i: usize| (places[i], places[(i + 1) % places.len()]);
+            let twice = (0..places.len()).map(around).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>();
+            let middle = polygon.vertices.iter().sum::<DVec3>() / polygon.vertices.len() as f64;
+            let shown = radiance(scene, polygon.material, middle);
+            add(low, high, Small { area: (twice.abs() / 2.0).min(1.0), square: shown * shown });
         }
     }
     for light in &scene.lights {
         let planes = scene.polygons.iter().filter_map(|polygon| {
             let foot =
                 light.position - polygon.normal * (light.position - polygon.vertices[0]).dot(polygon.normal);
-            holds(&polygon.vertices, polygon.normal, foot).then_some(foot)
+            holds(&polygon.vertices, polygon.normal, foot).then_some((foot, polygon.material))
         });
         let balls = scene.spheres.iter().filter_map(|sphere| {
             let away = (light.position - sphere.center).try_normalize()?;
-            Some(sphere.center + away * sphere.radius)
+            Some((sphere.center + away * sphere.radius, sphere.material))
         });
-        for foot in planes.chain(balls) {
+        for (foot, material) in planes.chain(balls) {
             let Some(([x, y], scale)) = view.place(foot) else { continue };
-            if foot.distance(light.position) * scale <= CLOSE {
-                add([x - AROUND, y - AROUND], [x + AROUND, y + AROUND]);
+            let height = foot.distance(light.position);
+            if height * scale <= CLOSE {
+                // The light's spot, I h / (h^2 + r^2)^(3/2), has half of its peak's square within about this area.
+                let area = (PI * (0.5 * height * scale).powi(2)).min(1.0);
+                let shown = radiance(scene, material, foot);
+                add(
+                    [x - AROUND, y - AROUND],
+                    [x + AROUND, y + AROUND],
+                    Small { area, square: shown * shown },
+                );
             }
         }
     }
-    found.sort_unstable();
-    found.dedup();
     found
 }
 
@@ -140,9 +188,14 @@ mod tests {
     #[test]
     fn dots_and_spots_under_lights_are_found_and_large_things_are_not() {
         let scene = Scene::parse(SCENE, "small.toml").unwrap();
-        let found = pixels(&scene, 40, 40);
+        let small = pixels(&scene, 40, 40);
+        let found: Vec<u32> = small.keys().copied().collect();
         let spot = (9..=11).flat_map(|y| (28..=30).map(move |x| y * 40 + x));
         assert_eq!(found, std::iter::once(0).chain(spot).collect::<Vec<u32>>());
+        // A dot of 3e-4 pixels, lit by the light at distance 3.07 and by the ambient share of 0.1.
+        let dot = small[&0][0];
+        assert!((dot.area - PI * 1e-4).abs() < 2e-6 && (dot.square.sqrt() - 0.206).abs() < 0.01, "{dot:?}");
+        assert_eq!((dot.variance(1e6), dot.variance(10.0)), (0.0, dot.area * dot.square / 10.0));
     }
 
     #[test]

@@ -4,7 +4,8 @@
 
 use super::judge::{Reference, Shown};
 use super::record::TruthRecord;
-use super::{seeds, small};
+use super::seeds;
+use super::small::{self, Small};
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
@@ -35,7 +36,9 @@ const MOST_RAYS_PER_SAMPLE: f64 = 300.0;
 const DEPTH_RAYS: f64 = 0.25;
 /// Samples of a pixel that may hold something small, at most.
 const MOST_SMALL: u32 = 1 << 16;
-/// Share of the rays of a truth that these pixels may take.
+/// Samples of such a pixel, at least, whatever the rays.
+const LEAST_SMALL: f64 = 4096.0;
+/// Share of the rays of a truth that these pixels may take beyond that.
 const SMALL_RAYS: f64 = 0.5;
 /// Number of the first seed for these pixels: others than those of whole renders.
 const SMALL_SEED: u32 = 1 << 16;
@@ -68,7 +71,7 @@ pub(super) struct Tracer<'a> {
 
 /// Pixels that were sampled apart.
 #[derive(Debug, Clone, Copy, Default)]
-struct Small {
+struct Refined {
     pixels: u64,
     samples: u32,
     rays: u64,
@@ -214,17 +217,27 @@ impl<'a> Tracer<'a> {
             reference = Reference::of(&renders, paths.hidden);
         }
         let each = rays as f64 / (renders.len() as f64 * f64::from(samples));
-        let Some(small) = self.refine(paths, samples, each, &mut renders, observer)? else { return Ok(None) };
-        rays += small.rays;
-        let reference = Reference::of(&renders, paths.hidden);
+        let Settings { width, height, .. } = self.settings;
+        let small = small::pixels(self.scene, width, height);
+        let at: Vec<u32> = small.keys().copied().collect();
+        let Some(refined) = self.refine(paths, samples, (&at, each), &mut renders, observer)? else {
+            return Ok(None);
+        };
+        rays += refined.rays;
+        let mut reference = Reference::of(&renders, paths.hidden);
+        let met = f64::from(samples.max(refined.samples)) * renders.len() as f64;
+        for (at, things) in &small {
+            let least = things.iter().map(|thing: &Small| thing.variance(met)).sum::<f64>().min(1.0);
+            reference.variance[*at as usize].iter_mut().for_each(|v| *v = v.max(least));
+        }
         let record = TruthRecord {
             depth: paths.depth,
             cutoff: paths.cutoff,
             samples,
             seeds: reference.seeds,
             rays,
-            small_pixels: small.pixels,
-            small_samples: small.samples,
+            small_pixels: refined.pixels,
+            small_samples: refined.samples,
             error: reference.error(),
             sought,
             hidden: paths.hidden,
@@ -233,31 +246,30 @@ impl<'a> Tracer<'a> {
         Ok(Some(Truth { reference, record }))
     }
 
-    /// Replaces the pixels of `renders` that may hold something small by ones with more samples, if the rays suffice for
-    /// more; `None` if cancelled. `each` is the number of rays for one sample of every pixel.
+    /// Replaces `pixels` of `renders`, which may hold something small, by ones with more samples, if they get more;
+    /// `None` if cancelled. `each` is the number of rays for one sample of every pixel.
     fn refine(
         &mut self,
         paths: Paths,
         samples: u32,
-        each: f64,
+        (pixels, each): (&[u32], f64),
         renders: &mut [Pixels],
         observer: &mut dyn Observer,
-    ) -> Result<Option<Small>, RenderError> {
+    ) -> Result<Option<Refined>, RenderError> {
         let Settings { width, height, .. } = self.settings;
-        let pixels = small::pixels(self.scene, width, height);
         let share = pixels.len() as f64 / (f64::from(width) * f64::from(height));
         let most = SMALL_RAYS * self.most_rays / (each * share * renders.len() as f64);
-        let more = most.min(f64::from(MOST_SMALL)).max(1.0).log2().floor().exp2() as u32;
+        let more = most.clamp(LEAST_SMALL, f64::from(MOST_SMALL)).log2().floor().exp2() as u32;
         if pixels.is_empty() || more <= samples {
-            return Ok(Some(Small::default()));
+            return Ok(Some(Refined::default()));
         }
-        let mut small = Small { pixels: pixels.len() as u64, samples: more, rays: 0 };
+        let mut refined = Refined { pixels: pixels.len() as u64, samples: more, rays: 0 };
         for (k, render) in (0..).zip(renders) {
             let Paths { depth, cutoff, .. } = paths;
             let seed = seeds::truth(SMALL_SEED + k);
             let settings = Settings { depth, cutoff, seed, ..self.settings.clone() };
             let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
-            let traced = survey.trace(&pixels, 0..more, observer)?;
+            let traced = survey.trace(pixels, 0..more, observer)?;
             if traced.marks.len() < pixels.len() || observer.cancelled() {
                 return Ok(None);
             }
@@ -266,9 +278,9 @@ impl<'a> Tracer<'a> {
                 let sum = |c: usize| sums.iter().map(|sum| sum[c]).sum::<f64>();
                 render[*at as usize] = std::array::from_fn(|c| (sum(c) / f64::from(more)) as f32);
             }
-            small.rays += survey.report().rays.total();
+            refined.rays += survey.report().rays.total();
         }
-        Ok(Some(small))
+        Ok(Some(refined))
     }
 
     /// Adds a render for each seed; the rays of all, or `None` if cancelled.
