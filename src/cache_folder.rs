@@ -88,7 +88,7 @@ mod tests {
         let file = folder.path().join("file");
         write(&file, b"key", b"content");
         let whole = fs::read(&file).unwrap();
-        let mut refused = |bytes: &[u8], what: &str| {
+        let refused = |bytes: &[u8], what: &str| {
             fs::write(&file, bytes).unwrap();
             assert_eq!(read(&file, b"key"), None, "{what}");
         };

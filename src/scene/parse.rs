@@ -6,9 +6,9 @@ use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
 use super::{Camera, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
 use super::{material, obj, polygon};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
@@ -41,7 +41,7 @@ impl Scene {
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = load(path.as_ref())?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
 
     /// Reads a scene text as if it were the file `path`, which need not exist: messages name it, and files that the
@@ -52,8 +52,14 @@ impl Scene {
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = parse(text, path.as_ref())?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
+}
+
+/// `scene`, whose reading began at `start`.
+fn timed(mut scene: Scene, start: Instant) -> Scene {
+    scene.read_time.0 = start.elapsed();
+    scene
 }
 
 impl FromStr for Scene {
@@ -89,7 +95,7 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     top.only(&TOP)?;
 
     let materials = materials(&top)?;
-    let mut reader = Reader { own: materials.len(), library: Library::new(materials) };
+    let mut reader = Reader { own: materials.len(), library: Library::new(materials), files: Vec::new() };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(
             "`[camera]` is missing",
@@ -101,8 +107,10 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     let spheres = each(&top, "sphere")?.iter().map(|t| reader.sphere(t)).collect::<Result<_, _>>()?;
     let polygons = each(&top, "polygon")?.iter().map(|t| reader.polygon(t)).collect::<Result<_, _>>()?;
     let meshes = each(&top, "mesh")?.into_iter().map(|t| reader.mesh(t)).collect::<Result<_, _>>()?;
-    let materials = reader.library.materials;
-    let (file, read_time) = (path.to_owned(), ReadTime::default());
+    let Reader { library, mut files, .. } = reader;
+    files.extend(library.files().map(Path::to_owned));
+    let materials = library.materials;
+    let (file, read_time) = (path.to_owned(), ReadTime(Duration::ZERO, files));
     Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes })
 }
 
@@ -223,6 +231,8 @@ struct Reader {
     library: Library,
     /// The first `own` materials are the scene text's; those of MTL files follow.
     own: usize,
+    /// Files of meshes.
+    files: Vec<PathBuf>,
 }
 
 impl Reader {
@@ -295,6 +305,7 @@ impl Reader {
             let error = file.error(message, "correct the path; it starts at the scene file's folder");
             SceneError { cause: Some(e), ..error }
         })?;
+        self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
         obj::read(source, &table.object, whole, Transform::new(scale, rotate, translate), &mut self.library)
     }

@@ -8,6 +8,7 @@ use crate::cli::args::{CalibrateArgs, Promise};
 use crate::cli::console::{Console, print};
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::lab::calibrate::{Calibration, Plan};
 use crate::render::Renderer;
@@ -23,11 +24,13 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     if !args.families.is_empty() {
         return families::run(args, console);
     }
-    let json_file = args.json.iter().filter(|p| p.as_os_str() != "-");
-    for path in args.output.iter().chain(json_file) {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    let files = || {
+        let files = Files::new().writes("--json", args.json.as_deref());
+        files.writes("-o", Some(args.output.as_deref().unwrap_or(Path::new("-"))))
+    };
+    files().check()?;
     let scenes = scenes(&args.scenes)?;
+    scenes.iter().fold(files(), |files, (_, scene)| files.reads_scene(scene)).check()?;
     let plan = plan(args);
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;

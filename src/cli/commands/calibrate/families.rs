@@ -6,6 +6,7 @@ use crate::cli::args::{CalibrateArgs, Promise};
 use crate::cli::commands::command_line;
 use crate::cli::console::Console;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::lab::calibrate::families::{FamilyCalibration, FamilyError, FamilyPlan, Store, Trials, choose};
 use crate::render::{Observer, Renderer};
@@ -15,6 +16,7 @@ use std::path::Path;
 /// Measures scenes drawn from families.
 pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     let plan = plan(args)?;
+    files(args).check()?;
     if let Some(folder) = &args.keep {
         keep(&plan, folder)?;
     }
@@ -29,9 +31,6 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     let records = output.with_extension("jsonl");
     if records == *output {
         return Err(Failure::Usage("-o names the tables: FILE.md; the records go to FILE.jsonl".into()));
-    }
-    for path in args.page.iter().chain([output]) {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
@@ -56,6 +55,13 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
         Err(FamilyError::Render(error)) => Err(error.into()),
         Err(error @ FamilyError::Store(_)) => Err(anyhow::Error::from(error).into()),
     }
+}
+
+/// The files it writes; records of an earlier run are read as well, by the same name.
+fn files(args: &CalibrateArgs) -> Files {
+    let files = Files::new().writes("-o", args.output.as_deref()).writes("--page", args.page.as_deref());
+    let records = args.output.iter().map(|output| output.with_extension("jsonl"));
+    records.fold(files, |files, records| files.writes("the records", Some(&records)))
 }
 
 fn plan(args: &CalibrateArgs) -> Result<FamilyPlan, Failure> {
