@@ -7,9 +7,10 @@ use super::failure::Failure;
 use super::files::Files;
 use super::state::{StateFile, remove};
 use crate::accuracy::promise::{self, Layer};
-use crate::image::{Format, Metadata, View, heat};
+use crate::image::{Bits, Format, Metadata, View, heat};
 use crate::lab::render_page::{self, RenderPage};
-use crate::render::Rendered;
+use crate::plan::host_memory::{self, HostWork, LARGEST_FILE};
+use crate::render::{RenderError, Rendered};
 use crate::report::{Report, text};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -48,6 +49,27 @@ pub(crate) fn settings(
     }
     settings.schedule = schedule.schedule();
     Ok(settings)
+}
+
+/// Checks, before the device is opened, that the host can hold the image while it is rendered and written.
+pub(crate) fn fits_host(args: &RenderArgs, settings: &Settings, format: Format) -> Result<(), Failure> {
+    let a = &args.accuracy;
+    let bounded = a.error.is_some() || a.time.is_some() || a.budget || !a.aov.is_empty();
+    let work = if bounded { HostWork::Bounded } else { HostWork::Image };
+    // Codes or channels, and what is encoded of them in a buffer that doubles as it grows.
+    let file = match format {
+        Format::Png(Bits::Eight) => 3 + 6,
+        Format::Png(Bits::Sixteen) => 6 + 12,
+        Format::Hdr => 12 + 8,
+        Format::Exr => LARGEST_FILE,
+    };
+    // A layer is an f64, and a channel of an EXR or a coloured picture; a page holds a PNG as text; a reference is read
+    // as four channels and kept as three.
+    let more = 8 * 2 * a.aov.len() as u64
+        + if args.page.is_some() { 12 } else { 0 }
+        + if a.reference.is_some() { 12 + 16 } else { 0 };
+    let free = crate::host_memory::free();
+    Ok(host_memory::check(settings.region(), work, file + more, free).map_err(RenderError::from)?)
 }
 
 /// How image, layers, page and report are delivered.

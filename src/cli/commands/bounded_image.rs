@@ -92,6 +92,7 @@ pub(super) fn run(
     delivery::files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, format, &mut settings, started)?;
+    delivery::fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;

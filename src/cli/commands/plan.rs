@@ -6,6 +6,7 @@ use crate::cli::delivery::{settings, write_json};
 use crate::cli::failure::Failure;
 use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::plan::host_memory::{self, HostWork};
 use crate::plan::predicted_time::{Model, Unpredictable, Work};
 use crate::plan::tiles::tiles;
 use crate::plan::{Plan, Purpose};
@@ -35,6 +36,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let mut failure = None;
     match built.planned.plan() {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
+        Ok(_) if fits(&asked).is_err() => failure = fits(&asked).err(),
         Ok(plan) => {
             let reported = match earlier {
                 Some(report) => {
@@ -70,6 +72,12 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
         console.say(&format!("warning: {warning}"));
     }
     failure.map_or(Ok(()), Err)
+}
+
+/// Checks that the host can hold the image, written in the smallest format.
+fn fits(settings: &Settings) -> Result<(), Failure> {
+    let (region, free) = (settings.region(), crate::host_memory::free());
+    Ok(host_memory::check(region, HostWork::Image, 0, free).map_err(RenderError::from)?)
 }
 
 /// Its files, without those that the scene names.

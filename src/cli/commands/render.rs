@@ -5,7 +5,7 @@ use super::plan;
 use super::reference::{Reference, compared};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
-use crate::cli::delivery::{Deliver, Delivered, files, remove_unfinished, settings, validated};
+use crate::cli::delivery::{Deliver, Delivered, files, fits_host, remove_unfinished, settings, validated};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::state::StateFile;
@@ -35,6 +35,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
+    fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
