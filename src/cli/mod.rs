@@ -5,5 +5,6 @@ pub mod commands;
 pub mod console;
 mod delivery;
 pub mod failure;
+mod files;
 pub(crate) mod progress;
 mod state;

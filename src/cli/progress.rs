@@ -5,30 +5,81 @@ use crate::render::Observer;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
-static STOP: AtomicBool = AtomicBool::new(false);
+/// When the first signal came.
+static STOPPED: OnceLock<Instant> = OnceLock::new();
+/// True once the work has seen the signal: it ends by itself.
+static SEEN: AtomicBool = AtomicBool::new(false);
+/// True once there are results to save.
+static WORKED: AtomicBool = AtomicBool::new(false);
 
-/// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and the second end the process.
-/// Once per process.
+/// Signals that come within this time of the first are the same request: `timeout` signals the process and then its
+/// group, and a shell's Ctrl-C reaches a process and whoever started it, who passes it on.
+const SAME: Duration = Duration::from_secs(1);
+/// Time in which work without results must see a signal. Reading, building and compiling look for none.
+const DEAF: Duration = Duration::from_millis(1500);
+
+/// What a signal asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Request {
+    /// To stop and save.
+    Stop,
+    /// Nothing new.
+    Same,
+    /// To end at once.
+    End,
+}
+
+/// What a signal asks for that comes so long after the first; None for the first.
+fn request(since_first: Option<Duration>) -> Request {
+    match since_first {
+        None => Request::Stop,
+        Some(time) if time < SAME => Request::Same,
+        Some(_) => Request::End,
+    }
+}
+
+/// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
+/// per process.
 pub fn catch_interrupts() -> Result<()> {
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(Code::Interrupted as i32);
+    ctrlc::set_handler(|| match request(STOPPED.get().map(Instant::elapsed)) {
+        Request::Same => {}
+        Request::End => end("ended at once; nothing more was saved"),
+        Request::Stop => {
+            STOPPED.get_or_init(Instant::now);
+            // Standard error may be gone; stopping matters more than saying so.
+            let _ = writeln!(
+                io::stderr(),
+                "\nstopping after the work in flight; press Ctrl-C again to end at once and save nothing"
+            );
+            // Without a thread to spare the work is waited for.
+            let _ = thread::Builder::new().spawn(|| {
+                thread::sleep(DEAF);
+                if !SEEN.load(Ordering::SeqCst) && !WORKED.load(Ordering::SeqCst) {
+                    end("interrupted before the first pixel; nothing was written");
+                }
+            });
         }
-        // Standard error may be gone; stopping matters more than saying so.
-        let _ = writeln!(
-            io::stderr(),
-            "\nstopping after the work in flight; press Ctrl-C again to end at once and save nothing"
-        );
     })
     .context("cannot watch for Ctrl-C")
 }
 
+fn end(why: &str) {
+    let _ = writeln!(io::stderr(), "{why}");
+    std::process::exit(Code::Interrupted as i32);
+}
+
 /// True after a Ctrl-C.
 pub fn interrupted() -> bool {
-    STOP.load(Ordering::SeqCst)
+    let stopped = STOPPED.get().is_some();
+    if stopped {
+        SEEN.store(true, Ordering::SeqCst);
+    }
+    stopped
 }
 
 /// How progress is shown.
@@ -79,6 +130,7 @@ impl Progress {
 
 impl Observer for Progress {
     fn progress(&mut self, done: u64, total: u64) {
+        WORKED.store(true, Ordering::SeqCst);
         self.bar.set_length(total);
         self.bar.set_position(done);
         if self.style == Style::Lines && self.spoke.elapsed() >= Duration::from_secs(1) {
@@ -111,6 +163,13 @@ mod tests {
     fn lines_say_the_share() {
         assert_eq!(line("cornell", 1, 8), "cornell: 12.5 %");
         assert_eq!(line("cornell", 0, 0), "cornell: 0.0 %");
+    }
+
+    #[test]
+    fn a_signal_at_once_is_the_same_one() {
+        let after = |seconds| request(Some(Duration::from_secs_f64(seconds)));
+        assert_eq!((request(None), after(0.0), after(0.9)), (Request::Stop, Request::Same, Request::Same));
+        assert_eq!((after(1.1), after(60.0)), (Request::End, Request::End));
     }
 
     #[test]

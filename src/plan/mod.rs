@@ -7,6 +7,7 @@ pub mod dispatches;
 mod error;
 pub mod explain;
 mod fit;
+pub mod host_memory;
 mod limits;
 pub mod memory_traffic;
 pub mod passes;

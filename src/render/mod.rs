@@ -31,6 +31,7 @@ use crate::image::{self, SaveError, View};
 use crate::kernel::defects::Defect;
 use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::explain::explain;
+use crate::plan::host_memory::{self, HostWork};
 use crate::plan::{Plan, PlannedScene, Purpose};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
@@ -309,6 +310,9 @@ impl Renderer {
         let start = Instant::now();
         let (settings, warnings) = self.trusted(settings);
         self.check_precision(&settings)?;
+        if purpose == Purpose::Survey {
+            host_memory::check(settings.region(), HostWork::Image, 0, crate::host_memory::free())?;
+        }
         let limits = self.device.limits();
         let planned =
             PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
@@ -323,6 +327,8 @@ impl Renderer {
 
     /// Compiles kernels and fills buffers for what [`Renderer::build`] planned.
     pub(crate) fn prepare_built(&mut self, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
+        let region = built.planned.settings.region();
+        host_memory::check(region, HostWork::Image, 0, crate::host_memory::free())?;
         Prepared::new(self, scene, built)
     }
 

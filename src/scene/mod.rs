@@ -27,7 +27,7 @@ use crate::scene::bounds::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A whole scene. Indices into `materials` are always in range.
@@ -55,9 +55,10 @@ pub struct Scene {
     pub notes: Notes,
 }
 
-/// How long it took to read a scene. No property of the scene: two readings of one file are equal, and print alike.
-#[derive(Clone, Copy, Default)]
-pub struct ReadTime(pub Duration);
+/// How long it took to read a scene, and from which files besides the scene text. No property of the scene: two
+/// readings of one file are equal, and print alike.
+#[derive(Clone, Default)]
+pub struct ReadTime(pub Duration, pub Vec<PathBuf>);
 
 impl PartialEq for ReadTime {
     fn eq(&self, _: &ReadTime) -> bool {
@@ -228,6 +229,12 @@ impl Mesh {
 }
 
 impl Scene {
+    /// The files that it was read from: the scene text, then those that it names. None of a scene built by hand.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let own = (!self.file.as_os_str().is_empty()).then_some(self.file.as_path());
+        own.into_iter().chain(self.read_time.1.iter().map(PathBuf::as_path))
+    }
+
     /// Number of triangles after the polygons are fanned.
     pub fn triangle_count(&self) -> usize {
         self.polygons.iter().map(|p| p.vertices.len() - 2).sum::<usize>()

@@ -8,9 +8,9 @@ use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
 use super::{Camera, Light, Material, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
 use super::{material, model, polygon};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
@@ -43,7 +43,7 @@ impl Scene {
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = load(path.as_ref())?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
 
     /// Reads a scene text as if it were the file `path`, which need not exist: messages name it, and files that the
@@ -54,8 +54,14 @@ impl Scene {
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = parse(text, path.as_ref())?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
+}
+
+/// `scene`, whose reading began at `start`.
+fn timed(mut scene: Scene, start: Instant) -> Scene {
+    scene.read_time.0 = start.elapsed();
+    scene
 }
 
 impl FromStr for Scene {
@@ -92,7 +98,8 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
 
     let materials = materials(&top)?;
     let reading = Reading { strict: false, notes: Notes::default() };
-    let mut reader = Reader { own: materials.len(), library: Library::new(materials), reading };
+    let (own, library) = (materials.len(), Library::new(materials));
+    let mut reader = Reader { own, library, reading, files: Vec::new() };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(
             "`[camera]` is missing",
@@ -110,8 +117,10 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
         meshes.extend(model.meshes);
         spheres.extend(model.spheres);
     }
-    let (materials, notes) = (reader.library.materials, reader.reading.notes);
-    let (file, read_time) = (path.to_owned(), ReadTime::default());
+    let Reader { library, reading, mut files, .. } = reader;
+    files.extend(library.files().map(Path::to_owned));
+    let (materials, notes) = (library.materials, reading.notes);
+    let (file, read_time) = (path.to_owned(), ReadTime(Duration::ZERO, files));
     Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes, notes })
 }
 
@@ -233,6 +242,8 @@ struct Reader {
     /// The first `own` materials are the scene text's; those of MTL files follow.
     own: usize,
     reading: Reading,
+    /// Files of meshes.
+    files: Vec<PathBuf>,
 }
 
 impl Reader {
@@ -305,6 +316,7 @@ impl Reader {
             let error = file.error(message, "correct the path; it starts at the scene file's folder");
             SceneError { cause: Some(e), ..error }
         })?;
+        self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
         let place = Transform::new(scale, rotate, translate);
         let wanted = Wanted { object: &table.object, material: whole, place, node: None };

@@ -325,7 +325,8 @@ impl Device {
             }
         };
         let cache_file = cache_file(&chosen, "pipelines");
-        let stored = cache_file.as_ref().and_then(|f| std::fs::read(f).ok()).unwrap_or_default();
+        let key = cache_key(&chosen);
+        let stored = cache_file.as_ref().and_then(|f| cache_folder::read(f, &key)).unwrap_or_default();
         let mut device = Device {
             allocator,
             raw,
@@ -336,7 +337,7 @@ impl Device {
             chosen,
             instance,
         };
-        // SAFETY: the driver checks the header of stored data and ignores what is not its own.
+        // SAFETY: the data is as this driver gave it, which its seal and its key confirm.
         device.cache = unsafe {
             device
                 .raw
@@ -392,7 +393,7 @@ impl Device {
         let Some(file) = &self.cache_file else { return };
         // SAFETY: the cache belongs to this device.
         let Ok(data) = (unsafe { self.raw.get_pipeline_cache_data(self.cache) }) else { return };
-        cache_folder::write(file, &data);
+        cache_folder::write(file, &cache_key(&self.chosen), &data);
     }
 }
 
@@ -406,6 +407,13 @@ fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
         chosen.properties.driver_version,
         env!("CARGO_PKG_VERSION")
     )))
+}
+
+/// What compiled pipelines belong to: device and driver.
+fn cache_key(chosen: &Candidate) -> Vec<u8> {
+    let p = &chosen.properties;
+    let numbers = [p.vendor_id, p.device_id, p.driver_version, p.api_version];
+    [&p.pipeline_cache_uuid[..], bytemuck::bytes_of(&numbers)].concat()
 }
 
 impl Drop for Device {

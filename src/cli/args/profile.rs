@@ -58,11 +58,11 @@ pub struct ProfileArgs {
     pub size: Option<Size>,
 
     /// Samples per pixel [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = values::positive(), help_heading = "Picture")]
+    #[arg(long, value_name = "N", value_parser = values::samples(), help_heading = "Picture")]
     pub samples: Option<u32>,
 
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
-    #[arg(long, value_name = "D", value_parser = values::positive(), help_heading = "Picture")]
+    #[arg(long, value_name = "D", value_parser = values::depth(), help_heading = "Picture")]
     pub depth: Option<u32>,
 
     /// Seed of the sampler

@@ -94,11 +94,11 @@ pub struct PictureArgs {
     pub size: Option<Size>,
 
     /// Samples per pixel [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = values::positive())]
+    #[arg(long, value_name = "N", value_parser = values::samples())]
     pub samples: Option<u32>,
 
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
-    #[arg(long, value_name = "D", value_parser = values::positive())]
+    #[arg(long, value_name = "D", value_parser = values::depth())]
     pub depth: Option<u32>,
 
     /// Do not trace rays that carry less than this share of their light to the pixel, in [0, 1)

@@ -5,6 +5,7 @@ use crate::atomic_file;
 use crate::cli::args::{CalibrateArgs, Promise};
 use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::lab::calibrate::{CalibrateError, Calibration, Plan, SceneFile, Store, Trials, choose};
 use crate::render::{Observer, Renderer};
@@ -28,9 +29,12 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     if records.is_some() && records == args.output {
         return Err(Failure::Usage("-o names the tables: FILE.md; the records go to FILE.jsonl".into()));
     }
-    for path in args.page.iter().chain(&args.output) {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    // Records of an earlier run are read as well, by the same name.
+    let files = Files::new()
+        .writes("-o", args.output.as_deref())
+        .writes("--page", args.page.as_deref())
+        .writes("the records", records.as_deref());
+    plan.files.iter().fold(files, |files, file| files.reads_scene(&file.scene)).check()?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
     let header = plan.header(&renderer);

@@ -4,6 +4,7 @@ use super::command_line;
 use crate::cli::args::{Size, SweepArgs};
 use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::lab::sweep::axes::{Axis, Value, grid};
 use crate::lab::sweep::{Plan, Record, SweepError, Watch, run as sweep};
@@ -19,6 +20,12 @@ pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
     let scene = Scene::load(&args.scene)?;
     // The grid is checked before the device is opened: a mistake in it costs nothing.
     grid(&scene, &args.over).map_err(Failure::Usage)?;
+    Files::new()
+        .reads("the scene", &args.scene)
+        .reads_scene(&scene)
+        .fills("-o", &args.output)
+        .prints()
+        .check()?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("cannot make the folder {}", args.output.display()))?;
     progress::catch_interrupts()?;
