@@ -1,5 +1,6 @@
 //! The user's cache folder, and files in it: what a later run may use again and can do without.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Whole or not at all: another process may be reading. A cache that cannot be written is none.
@@ -16,9 +17,14 @@ pub fn write(file: &Path, data: &[u8]) {
 
 /// The user's cache folder: `$XDG_CACHE_HOME/whitted`, or under `~/.cache`.
 pub fn path() -> Option<PathBuf> {
-    let folder = std::env::var_os("XDG_CACHE_HOME")
+    under(&|name| std::env::var_os(name))
+}
+
+/// The same in another environment.
+pub fn under(get: &dyn Fn(&'static str) -> Option<OsString>) -> Option<PathBuf> {
+    let folder = get("XDG_CACHE_HOME")
         .map(PathBuf::from)
         .filter(|p| p.is_absolute())
-        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
+        .or_else(|| Some(PathBuf::from(get("HOME")?).join(".cache")))?;
     Some(folder.join("whitted"))
 }

@@ -10,6 +10,7 @@ use whitted::cli::failure::Failure;
 
 fn main() -> ExitCode {
     let started = Instant::now();
+    whitted::vk::environment::prepare();
     match commands::run(&Cli::parse(), started) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -1,6 +1,6 @@
 //! What can go wrong below, with the call and the object it happened to.
 
-use super::device::INSTALL_HINT;
+use super::instance::INSTALL_HINT;
 use ash::vk;
 
 /// A failed Vulkan call, or a missing device.
