@@ -2,10 +2,12 @@
 
 use crate::cli::failure::Code;
 use crate::render::Observer;
+use crate::vk::{self, Watch};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -13,9 +15,10 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and the second end the process.
 /// Once per process.
 pub fn catch_interrupts() -> Result<()> {
+    vk::watch(Watch { stopped: interrupted, long: tell_of_wait });
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(Code::Interrupted as i32);
+            vk::end(Code::Interrupted as u8);
         }
         // Standard error may be gone; stopping matters more than saying so.
         let _ = writeln!(
@@ -29,6 +32,30 @@ pub fn catch_interrupts() -> Result<()> {
 /// True after a Ctrl-C.
 pub fn interrupted() -> bool {
     STOP.load(Ordering::SeqCst)
+}
+
+/// What is on standard error now.
+struct Shown {
+    style: Style,
+    bar: Option<ProgressBar>,
+}
+
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { style: Style::Hidden, bar: None });
+
+/// Says what a driver has been at for a long time: most often a kernel that it compiles.
+fn tell_of_wait(at: &str, waited: Duration) {
+    let shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = format!("the driver has been at {at} for {} s", waited.as_secs());
+    match (&shown.bar, shown.style) {
+        (Some(bar), Style::Bar) => bar.println(text),
+        (_, Style::Hidden) => {}
+        // A closed standard error must not end the render.
+        _ => drop(writeln!(io::stderr(), "{text}")),
+    }
+}
+
+fn show(bar: Option<ProgressBar>) {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner).bar = bar;
 }
 
 /// How progress is shown.
@@ -45,11 +72,13 @@ pub enum Style {
 impl Style {
     /// A bar on a terminal; elsewhere lines, if asked for.
     pub fn choose(quiet: bool, verbose: bool) -> Style {
-        match (quiet, io::stderr().is_terminal(), verbose) {
+        let style = match (quiet, io::stderr().is_terminal(), verbose) {
             (true, _, _) | (false, false, false) => Style::Hidden,
             (false, true, _) => Style::Bar,
             (false, false, true) => Style::Lines,
-        }
+        };
+        SHOWN.lock().unwrap_or_else(PoisonError::into_inner).style = style;
+        style
     }
 }
 
@@ -73,6 +102,7 @@ impl Progress {
             bar.set_style(look.progress_chars("=> "));
         }
         bar.set_message(label.to_owned());
+        show(Some(bar.clone()));
         Progress { style, bar, label: label.to_owned(), spoke: Instant::now() }
     }
 }
@@ -96,6 +126,7 @@ impl Observer for Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        show(None);
     }
 }
 

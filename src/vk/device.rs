@@ -5,6 +5,7 @@ use super::choice::choose;
 use super::debug::Messenger;
 use super::error::{VkError, call};
 use super::instance::Instance;
+use super::watch::is_abandoned;
 use crate::cache_folder;
 use crate::plan::Limits;
 use crate::report::DeviceInfo;
@@ -158,6 +159,9 @@ fn cache_file(chosen: &Candidate, kind: &str) -> Option<PathBuf> {
 
 impl Drop for Device {
     fn drop(&mut self) {
+        if is_abandoned() {
+            return;
+        }
         // SAFETY: everything made from the device borrows it, so all of it is gone; the allocator
         // goes first, as its blocks belong to the device.
         unsafe { ManuallyDrop::drop(&mut self.allocator) };

@@ -31,6 +31,12 @@ pub enum VkError {
         /// The last pass that was begun.
         pass: String,
     },
+    /// The user's interrupt ended the wait for a driver.
+    #[error("interrupted while the driver was at {at}")]
+    Interrupted {
+        /// What it was at.
+        at: String,
+    },
     /// More was to be written to a buffer than it holds.
     #[error("{bytes} bytes do not go into `{name}`, which has {room}")]
     TooLong {

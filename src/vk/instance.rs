@@ -2,6 +2,7 @@
 
 use super::debug::Messenger;
 use super::error::{VkError, call};
+use super::watch::is_abandoned;
 use super::{driver_files, environment};
 use ash::vk;
 use std::ffi::{CStr, c_char};
@@ -79,6 +80,9 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
+        if is_abandoned() {
+            return;
+        }
         if let Some(messenger) = &self.messenger {
             messenger.destroy();
         }

@@ -16,6 +16,7 @@ mod instance;
 mod kernel;
 mod list;
 mod recorder;
+mod watch;
 
 pub use buffer::{Buffers, Made};
 pub use device::Device;
@@ -23,3 +24,4 @@ pub use error::VkError;
 pub use kernel::Pipelines;
 pub use list::{DeviceSummary, Devices, list};
 pub use recorder::{DISPATCHES_MAX, Dispatch, Recorder, Timed};
+pub use watch::{Watch, end, is_abandoned, watch};
