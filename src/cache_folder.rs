@@ -5,6 +5,7 @@
 //! name, is no file: its content is made again and the file replaced.
 
 use sha2::{Digest, Sha256};
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -51,10 +52,15 @@ fn seal(key: &[u8], content: &[u8]) -> [u8; CHECKSUM] {
 
 /// The user's cache folder: `$XDG_CACHE_HOME/whitted`, or under `~/.cache`.
 pub fn path() -> Option<PathBuf> {
-    let folder = std::env::var_os("XDG_CACHE_HOME")
+    under(&|name| std::env::var_os(name))
+}
+
+/// The same in another environment.
+pub fn under(get: &dyn Fn(&'static str) -> Option<OsString>) -> Option<PathBuf> {
+    let folder = get("XDG_CACHE_HOME")
         .map(PathBuf::from)
         .filter(|p| p.is_absolute())
-        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
+        .or_else(|| Some(PathBuf::from(get("HOME")?).join(".cache")))?;
     Some(folder.join("whitted"))
 }
 

@@ -2,11 +2,13 @@
 
 use crate::cli::failure::Code;
 use crate::render::Observer;
+use crate::vk::{self, Watch};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -46,6 +48,7 @@ fn request(since_first: Option<Duration>) -> Request {
 /// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
 /// per process.
 pub fn catch_interrupts() -> Result<()> {
+    vk::watch(Watch { stopped: interrupted, long: tell_of_wait });
     ctrlc::set_handler(|| match request(STOPPED.get().map(Instant::elapsed)) {
         Request::Same => {}
         Request::End => end("ended at once; nothing more was saved"),
@@ -70,7 +73,7 @@ pub fn catch_interrupts() -> Result<()> {
 
 fn end(why: &str) {
     let _ = writeln!(io::stderr(), "{why}");
-    std::process::exit(Code::Interrupted as i32);
+    vk::end(Code::Interrupted as u8);
 }
 
 /// True after a Ctrl-C.
@@ -80,6 +83,30 @@ pub fn interrupted() -> bool {
         SEEN.store(true, Ordering::SeqCst);
     }
     stopped
+}
+
+/// What is on standard error now.
+struct Shown {
+    style: Style,
+    bar: Option<ProgressBar>,
+}
+
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { style: Style::Hidden, bar: None });
+
+/// Says what a driver has been at for a long time: most often a kernel that it compiles.
+fn tell_of_wait(at: &str, waited: Duration) {
+    let shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = format!("the driver has been at {at} for {} s", waited.as_secs());
+    match (&shown.bar, shown.style) {
+        (Some(bar), Style::Bar) => bar.println(text),
+        (_, Style::Hidden) => {}
+        // A closed standard error must not end the render.
+        _ => drop(writeln!(io::stderr(), "{text}")),
+    }
+}
+
+fn show(bar: Option<ProgressBar>) {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner).bar = bar;
 }
 
 /// How progress is shown.
@@ -96,11 +123,13 @@ pub enum Style {
 impl Style {
     /// A bar on a terminal; elsewhere lines, if asked for.
     pub fn choose(quiet: bool, verbose: bool) -> Style {
-        match (quiet, io::stderr().is_terminal(), verbose) {
+        let style = match (quiet, io::stderr().is_terminal(), verbose) {
             (true, _, _) | (false, false, false) => Style::Hidden,
             (false, true, _) => Style::Bar,
             (false, false, true) => Style::Lines,
-        }
+        };
+        SHOWN.lock().unwrap_or_else(PoisonError::into_inner).style = style;
+        style
     }
 }
 
@@ -124,6 +153,7 @@ impl Progress {
             bar.set_style(look.progress_chars("=> "));
         }
         bar.set_message(label.to_owned());
+        show(Some(bar.clone()));
         Progress { style, bar, label: label.to_owned(), spoke: Instant::now() }
     }
 }
@@ -148,6 +178,7 @@ impl Observer for Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        show(None);
     }
 }
 

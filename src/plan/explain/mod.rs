@@ -180,11 +180,11 @@ fn planned(settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
 
 fn texels(settings: &Settings, limits: &Limits, plan: &Plan) -> &'static str {
     if plan.specialisation.texels != 0 {
-        "a CPU driver loads a texel as one vector"
+        "lavapipe loads a texel as one vector"
     } else if settings.precision == Precision::Double {
         "there is no f64 texel format"
-    } else if !limits.is_cpu {
-        "not faster on a GPU"
+    } else if !limits.driver.gathers_texels() {
+        "not faster on this driver"
     } else {
         "switched off, or a buffer exceeds the limit on texels per view"
     }
