@@ -4,12 +4,14 @@ pub mod bvh;
 pub mod coincident_solids;
 pub mod local_frame;
 pub mod max_depth;
+pub mod near;
 mod recipe;
 mod rounding;
 pub mod scene_features;
 mod solids;
 mod spheres;
 mod triangles;
+mod view;
 pub mod winding_number;
 
 use crate::kernel::abi::{self, double};
@@ -275,7 +277,8 @@ impl Packed {
     pub fn camera(&self, scene: &Scene, settings: &Settings) -> double::Camera {
         let c = &scene.camera;
         let [right, up, forward] = c.axes();
-        let (eye, advance) = self.local_frame.eye(c, forward);
+        let aspect = f64::from(settings.width) / f64::from(settings.height);
+        let (eye, advance) = self.local_frame.eye(scene, forward, aspect);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();

@@ -33,7 +33,7 @@ impl Recipe {
             eye: local_frame.point(scene.camera.look_from),
             padding: bvh::PADDING,
             degenerate_normal: None,
-            single_radii: SINGLE_RADII,
+            single_radii: local_frame.near.map_or(SINGLE_RADII, |near| near.single_radii()),
         }
     }
 }
@@ -69,6 +69,6 @@ mod planted {
             lo: local.center + DVec3::from(back(local.bounds.lo)),
             hi: local.center + DVec3::from(back(local.bounds.hi)),
         };
-        LocalFrame { center: DVec3::ZERO, scale_log2: 0, bounds }
+        LocalFrame { center: DVec3::ZERO, scale_log2: 0, bounds, near: None }
     }
 }
