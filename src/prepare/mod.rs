@@ -2,6 +2,7 @@
 
 pub mod bvh;
 pub mod coincident_solids;
+mod cut;
 pub mod local_frame;
 pub mod max_depth;
 pub mod near;
@@ -112,7 +113,8 @@ pub(crate) fn pack_by(
 ) -> Packed {
     let precision = settings.precision;
     let on = |f: Feature| settings.schedule.forced_features.has(f);
-    let Recipe { local_frame, eye, padding, degenerate_normal, single_radii } = recipe;
+    let Recipe { local_frame, eye, padding, degenerate_normal, single_radii, cut, shape: _ } = recipe;
+    let scene = cut.as_ref().unwrap_or(scene);
     let round = Rounding { precision, padding };
     let mut solids = Vec::new();
     let triangles = Triangles::new(scene, &local_frame, round, degenerate_normal, eye, &mut solids);

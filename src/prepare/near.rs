@@ -2,10 +2,10 @@
 //! first takes its digits from the frame's origin, so the frame lies there, and not in the middle of everything
 //! (numerics.md, Two scales).
 
+use super::cut::Place;
 use super::local_frame::{LocalFrame, times_power_of_two};
 use super::view::View;
-use crate::scene::bounds::Bounds;
-use crate::scene::Scene;
+use crate::scene::{Face, Polygon, Scene};
 use crate::settings::Settings;
 use crate::units::figure;
 use glam::DVec3;
@@ -37,9 +37,6 @@ pub struct Near {
     pub extent: f64,
     /// Radius of the whole scene.
     pub whole: f64,
-    /// Largest (s + e) / (depth + s) of a shape of extent e at distance s from `center`: what rounding moves it by,
-    /// in u of the distance it is seen from.
-    shape: f64,
     /// Tangent of half the field of view, vertically.
     half_height: f64,
 }
@@ -58,9 +55,7 @@ impl Near {
         let advance = clear(depth, extent);
         let [.., forward] = camera.axes();
         let center = camera.look_from + advance * forward;
-        let mut near = Near { center, advance, depth: seen_from, extent, whole: radius, shape: 0.0, half_height };
-        near.shape = near.largest(scene);
-        Some(near)
+        Some(Near { center, advance, depth: seen_from, extent, whole: radius, half_height })
     }
 
     /// Depth before the eye that rays of an image of `aspect` may begin at.
@@ -73,10 +68,15 @@ impl Near {
         depth.map_or(self.advance, |depth| clear(depth, self.extent).min(self.advance))
     }
 
-    /// True if f32 moves no edge by more than `PIXEL_SHARE` of a pixel.
-    pub fn single_is_enough(&self, settings: &Settings) -> bool {
+    /// True if f32 moves no edge by more than `PIXEL_SHARE` of a pixel. `shape` as of [`Near::largest`].
+    pub(crate) fn single_is_enough(&self, shape: f64, settings: &Settings) -> bool {
         let pixel = 2.0 * self.half_height / f64::from(settings.height);
-        2f64.powi(-24) * self.shape <= PIXEL_SHARE * pixel
+        2f64.powi(-24) * shape <= PIXEL_SHARE * pixel
+    }
+
+    /// Where large flat shapes are cut.
+    pub(super) fn place(&self) -> Place {
+        Place { center: self.center, depth: self.depth }
     }
 
     /// Why f32 is not enough.
@@ -97,16 +97,21 @@ impl Near {
         *super::SINGLE_RADII.start()..=LARGEST_SINGLE
     }
 
-    fn largest(&self, scene: &Scene) -> f64 {
-        let share = |bounds: &Bounds| {
-            let to = (bounds.lo - self.center).max(self.center - bounds.hi).max(DVec3::ZERO);
-            let (distance, extent) = (to.length(), (bounds.hi - bounds.lo).max_element());
-            (distance + extent) / (self.depth + distance)
+    /// Largest (s + e) / (depth + s) of a triangle of extent e at distance s from `center`: what rounding moves it by,
+    /// in u of the distance that it is seen from.
+    pub(super) fn largest(&self, scene: &Scene) -> f64 {
+        let place = self.place();
+        let share = |corners: &[DVec3; 3]| {
+            let distance = place.distance(corners);
+            distance / (self.depth + distance) + place.share(corners)
         };
-        let around = |corners: &[DVec3]| share(&corners.iter().fold(Bounds::EMPTY, |b, c| b.with(*c)));
-        let polygons = scene.polygons.iter().map(|p| around(&p.vertices)).fold(0.0, f64::max);
+        let fan = |p: &Polygon| {
+            let v = &p.vertices;
+            (1..v.len() - 1).map(|i| share(&[v[0], v[i], v[i + 1]])).fold(0.0, f64::max)
+        };
+        let polygons = scene.polygons.par_iter().map(fan).reduce(|| 0.0, f64::max);
         let meshes = scene.meshes.iter().map(|mesh| {
-            let of = |f: &crate::scene::Face| around(&f.vertices.map(|v| mesh.vertices[v as usize]));
+            let of = |f: &Face| share(&f.vertices.map(|v| mesh.vertices[v as usize]));
             mesh.faces.par_iter().map(of).reduce(|| 0.0, f64::max)
         });
         meshes.fold(polygons, f64::max)

@@ -1,5 +1,6 @@
 //! The choices by which a scene becomes arrays.
 
+use super::cut;
 use super::rounding::SINGLE_RADII;
 use crate::prepare::bvh;
 use crate::prepare::local_frame::LocalFrame;
@@ -19,12 +20,20 @@ pub(crate) struct Recipe {
     pub degenerate_normal: Option<DVec3>,
     /// Local radii of the spheres that single numbers serve.
     pub single_radii: RangeInclusive<f64>,
+    /// The scene with its large flat shapes cut into pieces, where it has two scales and such shapes.
+    pub cut: Option<Scene>,
+    /// As of `Near::largest`; 0 in a scene of one scale.
+    pub shape: f64,
 }
 
 impl Recipe {
     /// The sound one.
     pub fn of(scene: &Scene) -> Recipe {
-        Recipe::within(LocalFrame::of(scene), scene)
+        let recipe = Recipe::within(LocalFrame::of(scene), scene);
+        let Some(near) = recipe.local_frame.near else { return recipe };
+        let cut = cut::cut(scene, near.place());
+        let shape = near.largest(cut.as_ref().unwrap_or(scene));
+        Recipe { cut, shape, single_radii: near.single_radii(), ..recipe }
     }
 
     fn within(local_frame: LocalFrame, scene: &Scene) -> Recipe {
@@ -33,7 +42,9 @@ impl Recipe {
             eye: local_frame.point(scene.camera.look_from),
             padding: bvh::PADDING,
             degenerate_normal: None,
-            single_radii: local_frame.near.map_or(SINGLE_RADII, |near| near.single_radii()),
+            single_radii: SINGLE_RADII,
+            cut: None,
+            shape: 0.0,
         }
     }
 }

@@ -179,7 +179,8 @@ impl Renderer {
         let (single, double) = (self.arithmetic.single.faults(), self.arithmetic.double);
         let sound = double.is_some_and(|double| double.faults().is_empty());
         let chosen = Chosen { single: &single, sound_double: sound && self.device.has_double() };
-        chosen.precision(asked, recipe.local_frame.near.as_ref())
+        let near = recipe.local_frame.near.as_ref();
+        chosen.precision(asked, near.filter(|near| !near.single_is_enough(recipe.shape, asked)))
     }
 
     /// Warnings and errors of the validation layer so far.

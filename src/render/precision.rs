@@ -12,7 +12,8 @@ pub(super) struct Chosen<'a> {
 }
 
 impl Chosen<'_> {
-    /// `asked` with its precision settled, and what the user should know of it. `near` is of a scene of two scales.
+    /// `asked` with its precision settled, and what the user should know of it. `near` is of a scene of two scales that
+    /// f32 is not enough for.
     pub(super) fn precision(&self, asked: &Settings, near: Option<&Near>) -> (Settings, Vec<String>) {
         let double = || Settings { precision: Precision::Double, ..asked.clone() };
         let single = || match asked.precision {
@@ -29,7 +30,7 @@ impl Chosen<'_> {
                 false => (single(), vec![format!("error bounds may not hold: {why}")]),
             };
         }
-        let Some(near) = near.filter(|near| !near.single_is_enough(asked)) else {
+        let Some(near) = near else {
             return (single(), Vec::new());
         };
         let why = near.words();
