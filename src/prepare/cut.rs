@@ -39,12 +39,6 @@ impl Corner {
 type Corners = [Corner; 3];
 
 impl Place {
-    /// Extent of a triangle / the distance that it is seen from, at least.
-    pub(super) fn share(&self, corners: &[DVec3; 3]) -> f64 {
-        let extent = extent(corners[0], corners[1]).max(extent(corners[1], corners[2])).max(extent(corners[2], corners[0]));
-        extent / (self.depth + self.distance(corners))
-    }
-
     /// From `center` to the nearest point of a triangle.
     pub(super) fn distance(&self, corners: &[DVec3; 3]) -> f64 {
         let w = nearest(corners, self.center);
@@ -58,7 +52,7 @@ impl Place {
         let length_squared = along.length_squared();
         let share = if length_squared > 0.0 { (self.center - p).dot(along) / length_squared } else { 0.0 };
         let distance = (p + along * share.clamp(0.0, 1.0)).distance(self.center);
-        extent(p, q) > LARGEST * (self.depth + distance)
+        (q - p).abs().max_element() > LARGEST * (self.depth + distance)
     }
 
     /// Pieces of a triangle, appended to `pieces`; false if there are too many.
@@ -82,7 +76,7 @@ impl Place {
             [false, false, false] => {
                 let at = corners.map(|c| c.at);
                 let w = nearest(&at, self.center);
-                if self.share(&at) <= LARGEST || w.iter().any(|w| *w <= 0.0) {
+                if extent(&at) <= LARGEST * (self.depth + self.distance(&at)) || w.iter().any(|w| *w <= 0.0) {
                     pieces.push(corners);
                     return true;
                 }
@@ -94,8 +88,9 @@ impl Place {
     }
 }
 
-fn extent(p: DVec3, q: DVec3) -> f64 {
-    (q - p).abs().max_element()
+/// Longest side of a triangle's box.
+pub(super) fn extent([a, b, c]: &[DVec3; 3]) -> f64 {
+    (a.max(*b).max(*c) - a.min(*b).min(*c)).max_element()
 }
 
 /// Weights of the corners in the point of a triangle that is nearest to `p` (Ericson, *Real-Time Collision
@@ -217,3 +212,6 @@ impl Pieces {
         Some(out)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -59,7 +59,7 @@ impl LocalFrame {
 
     /// The frame of all geometry but for spheres so huge that f32 could not tell the rest apart beside them (a planet
     /// under a table). Of the eye where there is nothing else.
-    fn of_whole(scene: &Scene) -> LocalFrame {
+    pub(crate) fn of_whole(scene: &Scene) -> LocalFrame {
         let corners = scene.polygons.iter().flat_map(|p| &p.vertices);
         let flat = corners.fold(Bounds::EMPTY, |b, p| b.with(*p));
         let flat = scene.meshes.iter().fold(flat, |b, mesh| b.union(mesh.bounds()));

@@ -2,7 +2,7 @@
 //! first takes its digits from the frame's origin, so the frame lies there, and not in the middle of everything
 //! (numerics.md, Two scales).
 
-use super::cut::Place;
+use super::cut::{Place, extent};
 use super::local_frame::{LocalFrame, times_power_of_two};
 use super::view::View;
 use crate::scene::{Face, Polygon, Scene};
@@ -48,11 +48,13 @@ impl Near {
         let radius = times_power_of_two(1.0, -whole.scale_log2);
         let half_height = (camera.fov / 2.0).tan();
         let aspect = f64::from(camera.width) / f64::from(camera.height);
-        let depth = View::new(camera, aspect.max(ASPECT)).nearest(scene, radius * TWO_SCALES / half_height)?;
+        let depth =
+            View::new(camera, aspect.max(ASPECT)).nearest(scene, radius * TWO_SCALES / half_height)?;
         let looked = camera.look_at.distance(camera.look_from).min(radius);
         let seen_from = depth.max(TOUCHING * looked);
         let extent = EXTENT * half_height * seen_from;
-        let advance = clear(depth, extent);
+        // On a surface the eye stays where it is: its plane holds it exactly.
+        let advance = if depth < seen_from { 0.0 } else { clear(depth, extent) };
         let [.., forward] = camera.axes();
         let center = camera.look_from + advance * forward;
         Some(Near { center, advance, depth: seen_from, extent, whole: radius, half_height })
@@ -70,26 +72,32 @@ impl Near {
 
     /// True if f32 moves no edge by more than `PIXEL_SHARE` of a pixel. `shape` as of [`Near::largest`].
     pub(crate) fn single_is_enough(&self, shape: f64, settings: &Settings) -> bool {
-        let pixel = 2.0 * self.half_height / f64::from(settings.height);
-        2f64.powi(-24) * shape <= PIXEL_SHARE * pixel
+        self.moved(shape, settings) <= PIXEL_SHARE
     }
 
-    /// Where large flat shapes are cut.
+    /// Where large flat shapes are cut. Under a long lens, whose view is narrow where it meets them, more finely than
+    /// the depth asks for.
     pub(super) fn place(&self) -> Place {
-        Place { center: self.center, depth: self.depth }
+        Place { center: self.center, depth: self.depth.min(self.extent) }
     }
 
     /// Why f32 is not enough.
-    pub fn words(&self) -> String {
-        let height = 2.0 * self.half_height * self.depth;
+    pub(crate) fn words(&self, shape: f64, settings: &Settings) -> String {
         format!(
-            "what is nearest in view is seen {} m high, {} m away, in a scene of radius {} m with shapes as large beside \
-             their distance as f32 cannot place to {:.3} of a pixel",
-            figure(height),
+            "the scene has two scales: the view is {} m high where it meets the first shape, {} m from the eye, and the \
+             scene has a radius of {} m; rounding in f32 moves edges by {} of a pixel, more than the {} allowed",
+            figure(2.0 * self.half_height * self.depth),
             figure(self.depth),
             figure(self.whole),
-            PIXEL_SHARE
+            figure(self.moved(shape, settings)),
+            figure(PIXEL_SHARE)
         )
+    }
+
+    /// How far rounding in f32 moves an edge, in pixels.
+    fn moved(&self, shape: f64, settings: &Settings) -> f64 {
+        let pixel = 2.0 * self.half_height / f64::from(settings.height);
+        2f64.powi(-24) * shape / pixel
     }
 
     /// Local radii that single numbers serve.
@@ -103,7 +111,7 @@ impl Near {
         let place = self.place();
         let share = |corners: &[DVec3; 3]| {
             let distance = place.distance(corners);
-            distance / (self.depth + distance) + place.share(corners)
+            (distance + extent(corners)) / (self.depth + distance)
         };
         let fan = |p: &Polygon| {
             let v = &p.vertices;

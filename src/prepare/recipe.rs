@@ -62,6 +62,8 @@ mod planted {
         pub(crate) fn planted(defect: Defect) -> fn(&crate::scene::Scene) -> Recipe {
             match defect {
                 Defect::WorldFrame => |scene| Recipe::within(world(&LocalFrame::of(scene)), scene),
+                Defect::OneFrame => |scene| Recipe::within(LocalFrame::of_whole(scene), scene),
+                Defect::Uncut => |scene| Recipe { cut: None, ..Recipe::of(scene) },
                 Defect::EyeInAir => |scene| Recipe { eye: DVec3::INFINITY, ..Recipe::of(scene) },
                 Defect::TightBoxes => |scene| Recipe { padding: 0.0, ..Recipe::of(scene) },
                 Defect::KeepDegenerate => {

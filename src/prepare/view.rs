@@ -111,3 +111,48 @@ impl View {
         inside.iter().map(|p| p.z.max(0.0)).fold(f64::INFINITY, f64::min)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::procedural::shapes::{empty, matte, mesh, polygon, sphere};
+
+    /// From (0, 0, 5) toward -z, tan of half the field 0.5 either way.
+    fn seen() -> Scene {
+        let mut s = empty(vec![matte([1.0; 3], 0.0)]);
+        s.camera.fov = 2.0 * 0.5f64.atan();
+        s
+    }
+
+    fn nearest(s: &Scene) -> Option<f64> {
+        View::new(&s.camera, 1.0).nearest(s, f64::INFINITY)
+    }
+
+    #[test]
+    fn depth_is_that_of_what_is_in_view() {
+        let wall =
+            |z: f64, x: f64| polygon(&[[x, -1.0, z], [x + 1.0, -1.0, z], [x + 1.0, 1.0, z], [x, 1.0, z]], 0);
+        let mut s = seen();
+        assert_eq!(nearest(&s), None);
+        s.polygons = vec![wall(6.0, 0.0), wall(4.0, 0.51), wall(2.0, 0.0)];
+        assert_eq!(nearest(&s), Some(3.0), "behind, beside, before");
+        s.spheres = vec![sphere([0.0, 0.0, 4.0], 0.25, 0)];
+        let depth = nearest(&s).unwrap();
+        assert!(depth <= 0.75 && depth > 0.6, "{depth}");
+        s.spheres = vec![sphere([3.0, 0.0, 4.0], 0.25, 0), sphere([0.0, 0.0, 8.0], 2.5, 0)];
+        assert_eq!(nearest(&s), Some(3.0), "beside and behind");
+        // Nothing of it is a corner in view: the ground 1 below is met at depth 2.
+        s.polygons
+            .push(polygon(&[[-1e5, -1.0, -1e5], [-1e5, -1.0, 1e5], [1e5, -1.0, 1e5], [1e5, -1.0, -1e5]], 0));
+        assert!((nearest(&s).unwrap() - 2.0).abs() < 1e-9);
+        assert_eq!(View::new(&s.camera, 1.0).nearest(&s, 1.5), None);
+    }
+
+    #[test]
+    fn meshes_count_as_polygons_do() {
+        let mut s = seen();
+        let corners = [[-1e5, -1.0, -1e5], [-1e5, -1.0, 1e5], [2e5, -1.0, 0.0]].map(DVec3::from);
+        s.meshes = vec![mesh(corners.to_vec(), &[[0, 1, 2]], 0)];
+        assert!((nearest(&s).unwrap() - 2.0).abs() < 1e-9);
+    }
+}

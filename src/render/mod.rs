@@ -173,6 +173,11 @@ impl Renderer {
         &self.arithmetic
     }
 
+    /// The settings in force for `scene`, their precision settled, and what the user should know of it.
+    pub(crate) fn settled(&self, scene: &Scene, asked: &Settings) -> (Settings, Vec<String>) {
+        self.trusted(asked, &self.recipe(scene))
+    }
+
     /// The settings that this device can keep for a scene packed by `recipe`, its precision settled, and what the user
     /// should know of it.
     pub(crate) fn trusted(&self, asked: &Settings, recipe: &Recipe) -> (Settings, Vec<String>) {
@@ -180,7 +185,8 @@ impl Renderer {
         let sound = double.is_some_and(|double| double.faults().is_empty());
         let chosen = Chosen { single: &single, sound_double: sound && self.device.has_double() };
         let near = recipe.local_frame.near.as_ref();
-        chosen.precision(asked, near.filter(|near| !near.single_is_enough(recipe.shape, asked)))
+        let near = near.filter(|near| !near.single_is_enough(recipe.shape, asked));
+        chosen.precision(asked, near.map(|near| (near, recipe.shape)))
     }
 
     /// Warnings and errors of the validation layer so far.
