@@ -69,8 +69,8 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "K", default_value_t = 0, help_heading = "Picture")]
     pub seed: u32,
 
-    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(long, value_name = "WHICH", default_value = "robust", help_heading = "Picture")]
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it
+    #[arg(long, value_name = "WHICH", default_value = "auto", help_heading = "Picture")]
     pub precision: Precision,
 
     /// Device to use.

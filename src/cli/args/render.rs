@@ -113,12 +113,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
 
-    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(
-        long,
-        value_name = "WHICH",
-        help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]"
-    )]
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it [default: auto]
+    #[arg(long, value_name = "WHICH")]
     pub precision: Option<Precision>,
 
     /// Origin of secondary rays: `bound` (moved off the surface by an error bound) or `fixed:X` (moved X metres along the ray, for measurements)

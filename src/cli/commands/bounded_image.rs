@@ -54,7 +54,7 @@ fn request(
         target,
         confidence: a.confidence,
         keep_depth: args.picture.depth.is_some(),
-        keep_precision: args.picture.precision.is_some(),
+        keep_precision: args.picture.precision.is_some_and(|p| p != Precision::Auto),
         file: Some(format),
         keep_bits: args.bits.is_some(),
     })

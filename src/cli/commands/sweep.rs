@@ -31,10 +31,15 @@ pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
     let axes = within(&args.over, renderer.device().has_double(), console);
-    let points = grid(&scene, &axes).map_err(Failure::Usage)?;
+    let mut points = grid(&scene, &axes).map_err(Failure::Usage)?;
     let mut base = Settings::of(&scene);
     if let Some(Size { width, height }) = args.size {
         (base.width, base.height) = (width, height);
+    }
+    if !axes.iter().any(|a| a.name == "precision") {
+        let (settled, warnings) = renderer.settled(&scene, &base);
+        points.iter_mut().for_each(|p| p.precision = settled.precision);
+        warnings.iter().for_each(|w| console.say(&format!("warning: {w}")));
     }
     let plan = Plan {
         scene,
