@@ -2,8 +2,9 @@
 
 use super::error::{SceneError, Source};
 use super::library::Library;
+use super::model_file::ModelFile;
 use super::notes::Reading;
-use super::{Camera, Light, Mesh, Sphere, Transform, obj};
+use super::{Camera, Light, Mesh, Sphere, Transform, gltf, obj, ply, stl};
 
 /// What a file of shapes holds, already in the scene's space.
 #[derive(Debug, Default)]
@@ -31,13 +32,82 @@ pub(super) struct Wanted<'a> {
     pub node: Option<&'a str>,
 }
 
-/// Reads `source` by the format that its name and content say.
+/// A format of files of shapes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Gltf,
+    Obj,
+    Ply,
+    Stl,
+}
+
+/// The format that the content says, or else the name's extension; OBJ, which any text may be, if neither does.
+fn format(source: Source) -> Format {
+    let bytes = source.text;
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let extension = source.file.extension().unwrap_or_default().to_ascii_lowercase();
+    if bytes.starts_with(b"glTF") || text.starts_with(b"{") {
+        Format::Gltf
+    } else if ply::is_ply(bytes) {
+        Format::Ply
+    } else if stl::is_binary(bytes) || stl::is_ascii(bytes) {
+        Format::Stl
+    } else {
+        match extension.to_str() {
+            Some("gltf" | "glb" | "vrm") => Format::Gltf,
+            Some("ply") => Format::Ply,
+            Some("stl") => Format::Stl,
+            _ => Format::Obj,
+        }
+    }
+}
+
+/// Reads `source` by the format that its content and name say.
 pub(super) fn read(
     source: Source,
     wanted: Wanted,
     library: &mut Library,
-    _reading: &mut Reading,
+    reading: &mut Reading,
 ) -> Result<Model, SceneError> {
-    let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
-    Ok(Model { meshes: vec![mesh], ..Model::default() })
+    let file = ModelFile { source, object: wanted.object };
+    let format = format(source);
+    if wanted.node.is_some() && matches!(format, Format::Ply | Format::Stl) {
+        return Err(file.error(
+            "`node` picks a part by its name, but PLY and STL files have no named parts",
+            "remove `node`, or take a glTF file",
+        ));
+    }
+    match format {
+        Format::Gltf => gltf::read(file, wanted, library, reading),
+        Format::Ply => ply::read(file, wanted, library, reading),
+        Format::Stl => stl::read(file, wanted, library, reading),
+        Format::Obj => {
+            let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
+            Ok(Model { meshes: vec![mesh], ..Model::default() })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn content_comes_before_the_name() {
+        let format = |name: &str, text: &[u8]| format(Source { file: Path::new(name), text });
+        assert_eq!(format("a.obj", b"glTF\x02\0\0\0"), Format::Gltf);
+        assert_eq!(format("a.obj", b"\xef\xbb\xbf {}"), Format::Gltf);
+        assert_eq!(format("a.stl", b"ply\nformat ascii 1.0\n"), Format::Ply);
+        assert_eq!(format("a.ply", b"solid x\nfacet normal 0 0 1"), Format::Stl);
+        let mut binary = b"solid, in spite of its first word".to_vec();
+        binary.resize(84 + 50, 0);
+        binary[80] = 1;
+        assert_eq!(format("a", &binary), Format::Stl);
+        binary.pop();
+        assert_eq!(format("a.STL", &binary), Format::Stl);
+        assert_eq!(format("a.obj", b"v 0 0 0\n"), Format::Obj);
+        assert_eq!(format("a.GLB", b""), Format::Gltf);
+        assert_eq!(format("a.txt", b"plywood\n"), Format::Obj);
+    }
 }
