@@ -88,6 +88,90 @@ pub(super) fn read(
     }
 }
 
+/// What tests of readers share.
+#[cfg(test)]
+pub(super) mod testing {
+    use super::*;
+    use crate::scene::Material;
+    use crate::scene::notes::Notes;
+    use glam::DVec3;
+    use std::path::Path;
+
+    /// What one reading gave.
+    #[derive(Debug)]
+    pub struct Reader {
+        pub model: Model,
+        pub materials: Vec<Material>,
+        pub notes: Vec<String>,
+    }
+
+    /// Reads `bytes` as the file `name`.
+    pub fn read(name: &str, bytes: &[u8]) -> Result<Reader, SceneError> {
+        read_part(name, bytes, None, false)
+    }
+
+    /// Reads a part of `bytes`.
+    pub fn read_part(
+        name: &str,
+        bytes: &[u8],
+        node: Option<&str>,
+        strict: bool,
+    ) -> Result<Reader, SceneError> {
+        let source = Source { file: Path::new(name), text: bytes };
+        let place = Transform::new(1.0, DVec3::ZERO, DVec3::ZERO);
+        let wanted = Wanted { object: "mesh `m`", material: None, place, node };
+        let mut library = Library::new(Vec::new());
+        let mut reading = Reading { strict, notes: Notes::default() };
+        let model = super::read(source, wanted, &mut library, &mut reading)?;
+        let notes = reading.notes.iter().map(|note| note.message.clone()).collect();
+        Ok(Reader { model, materials: library.materials, notes })
+    }
+
+    impl Reader {
+        /// Corners of all triangles, in order.
+        pub fn triangles(&self) -> Vec<[DVec3; 3]> {
+            let of = |mesh: &Mesh| {
+                let corner = |v: u32| mesh.vertices[v as usize];
+                mesh.faces.iter().map(|f| f.vertices.map(corner)).collect::<Vec<_>>()
+            };
+            self.model.meshes.iter().flat_map(of).collect()
+        }
+
+        /// True if some note contains `words`.
+        pub fn notes_hold(&self, words: &str) -> bool {
+            self.notes.iter().any(|note| note.contains(words))
+        }
+    }
+
+    /// Reads every beginning of `bytes`, and `bytes` with each byte changed in several ways: a reader may refuse them, but must
+    /// neither panic nor give what the rest of the program cannot take.
+    pub fn survives_damage(name: &str, bytes: &[u8]) {
+        let check = |bytes: &[u8]| {
+            let Ok(read) = read(name, bytes) else { return };
+            for mesh in &read.model.meshes {
+                let (vertices, normals) = (mesh.vertices.len() as u32, mesh.normals.len() as u32);
+                assert!(mesh.vertices.iter().all(|v| v.is_finite()));
+                assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-9));
+                assert!(mesh.faces.iter().all(|f| f.vertices.iter().all(|v| *v < vertices)));
+                assert!(mesh.faces.iter().flat_map(|f| f.normals).flatten().all(|n| n < normals));
+                assert!(mesh.faces.iter().all(|f| f.material < read.materials.len()));
+            }
+            assert!(read.model.lights.iter().all(|l| l.position.is_finite() && l.intensity.is_finite()));
+        };
+        for length in 0..bytes.len() {
+            check(&bytes[..length]);
+        }
+        let mut changed = bytes.to_vec();
+        for at in 0..bytes.len() {
+            for value in [!bytes[at], bytes[at] ^ 1, bytes[at].wrapping_add(7), 0xff, 0, b'9', b'-'] {
+                changed[at] = value;
+                check(&changed);
+            }
+            changed[at] = bytes[at];
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

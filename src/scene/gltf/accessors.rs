@@ -101,7 +101,11 @@ impl<'r> Accessors<'_, 'r> {
             }
             None if accessor.count <= MOST_ZEROS => vec![[0.0; N]; accessor.count],
             None => {
-                return Err(self.wrong(index, what, &format!("has {} elements but no bytes", accessor.count)));
+                return Err(self.wrong(
+                    index,
+                    what,
+                    &format!("has {} elements but no bytes", accessor.count),
+                ));
             }
         };
         if let Some(sparse) = &accessor.sparse {

@@ -83,11 +83,10 @@ fn version_1(file: ModelFile) -> SceneError {
 
 /// The JSON does not parse, or has a wrong type somewhere.
 fn wrong_json(file: ModelFile, json: &[u8], glb: bool, error: &serde_json::Error) -> SceneError {
-    #[derive(serde::Deserialize)]
-    struct Versioned {
-        asset: super::json::Asset,
-    }
-    if serde_json::from_slice(json).is_ok_and(|v: Versioned| v.asset.version.starts_with('1')) {
+    // Version 1 has other types nearly everywhere, so it rarely comes as far as its version.
+    let value = serde_json::from_slice::<serde_json::Value>(json).unwrap_or_default();
+    let version = &value["asset"]["version"];
+    if version.to_string().trim_start_matches('"').starts_with('1') {
         return version_1(file);
     }
     // serde_json ends its message with the place, which is told apart here.

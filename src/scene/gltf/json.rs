@@ -20,7 +20,6 @@ pub struct Root {
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     pub cameras: Vec<Camera>,
-    pub skins: Vec<Skin>,
     pub animations: Vec<IgnoredAny>,
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
@@ -71,14 +70,13 @@ pub struct Node {
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
     pub camera: Option<usize>,
-    pub skin: Option<usize>,
+    pub skin: Option<IgnoredAny>,
     /// Column by column.
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     /// x, y, z, w.
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
-    pub weights: Option<Vec<f64>>,
     pub extensions: NodeExtensions,
 }
 
@@ -99,9 +97,7 @@ pub struct NodeLight {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Mesh {
-    pub name: Option<String>,
     pub primitives: Vec<Primitive>,
-    pub weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -112,7 +108,7 @@ pub struct Primitive {
     #[serde(default = "triangles")]
     pub mode: u32,
     #[serde(default)]
-    pub targets: Vec<Target>,
+    pub targets: Vec<IgnoredAny>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
@@ -127,24 +123,6 @@ pub struct Attributes {
     pub normal: Option<usize>,
     #[serde(rename = "COLOR_0")]
     pub color: Option<usize>,
-    #[serde(rename = "JOINTS_0")]
-    pub joints: Option<usize>,
-    #[serde(rename = "WEIGHTS_0")]
-    pub weights: Option<usize>,
-    #[serde(rename = "JOINTS_1")]
-    pub more_joints: Option<usize>,
-    #[serde(rename = "WEIGHTS_1")]
-    pub more_weights: Option<usize>,
-}
-
-/// A morph target: what it adds.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Target {
-    #[serde(rename = "POSITION")]
-    pub position: Option<usize>,
-    #[serde(rename = "NORMAL")]
-    pub normal: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -342,13 +320,6 @@ pub struct Perspective {
     pub yfov: f64,
     /// Width by height.
     pub aspect_ratio: Option<f64>,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub struct Skin {
-    pub inverse_bind_matrices: Option<usize>,
-    pub joints: Vec<usize>,
 }
 
 fn one() -> f64 {

@@ -9,7 +9,7 @@
 //! at most 1 - (1 - R/D)^-2, 0.2 %, and its direction by asin(R/D), 0.06 degrees.
 
 use super::json::{self, Root};
-use super::nodes::{Visit, called};
+use super::nodes::Visit;
 use crate::scene::bounds::Bounds;
 use crate::scene::error::SceneError;
 use crate::scene::model_file::ModelFile;

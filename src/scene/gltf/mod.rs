@@ -66,7 +66,11 @@ pub(super) fn read(
     moving(file, &root, &visits, reading)?;
     if meshes.is_empty() {
         let part = if wanted.node.is_some() { "this part of the file" } else { "the file's scene" };
-        return Err(file.error(format!("{part} has no triangles"), "export the model as a mesh of triangles"));
+        let message = match lost {
+            0 => format!("{part} has no triangles"),
+            _ => format!("every triangle of {part} has a corner that is not finite"),
+        };
+        return Err(file.error(message, "export the model again, as a mesh of triangles"));
     }
     let bounds = meshes.iter().fold(Bounds::EMPTY, |b, mesh| b.union(mesh.bounds()));
     let punctual = Punctual { file, root: &root, place: wanted.place, bounds };

@@ -2,6 +2,7 @@
 
 use crate::scene::error::SceneError;
 use crate::scene::model_file::{ModelFile, shown};
+use crate::scene::notes::Reading;
 
 /// How the body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,7 +88,7 @@ pub struct Header {
 }
 
 /// Reads the header.
-pub fn read(file: ModelFile) -> Result<Header, SceneError> {
+pub fn read(file: ModelFile, reading: &mut Reading) -> Result<Header, SceneError> {
     let bytes = file.source.text;
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
@@ -132,7 +133,13 @@ pub fn read(file: ModelFile) -> Result<Header, SceneError> {
                 element.properties.push(property);
             }
             ["end_header"] => break,
-            _ => return Err(wrong("use `format`, `comment`, `element`, `property`, `end_header`")),
+            _ => reading.assume(
+                file.source,
+                offset,
+                file.object,
+                "unknown lines of the header are skipped",
+                "use `format`, `comment`, `element`, `property`, `end_header`",
+            )?,
         }
     }
     let encoding = encoding.ok_or_else(|| {

@@ -80,7 +80,7 @@ pub(super) fn read(
             "export the model as PLY again",
         ));
     }
-    let header = header::read(file)?;
+    let header = header::read(file, reading)?;
     let mut body = Body::new(file, header.encoding, header.body);
     let mut content = Content {
         builder: MeshBuilder::new(wanted.place),
