@@ -4,16 +4,23 @@
 
 pub mod bounds;
 mod error;
+mod gltf;
 mod library;
 mod material;
+mod mean_color;
+mod mesh_builder;
 mod model;
+mod model_file;
 mod mtl;
 mod notes;
 mod obj;
 mod parse;
+mod plain_words;
+mod ply;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
+mod stl;
 mod table;
 mod transform;
 mod tokens;

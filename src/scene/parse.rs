@@ -298,7 +298,7 @@ impl Reader {
     }
 
     fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {
-        table.only(&["file", "material", "scale", "rotate", "translate"])?;
+        table.only(&["file", "material", "node", "scale", "rotate", "translate"])?;
         let name = table.need("file", "\"cube.obj\"")?.text("\"cube.obj\"")?.to_owned();
         table.object = format!("mesh `{name}`");
         let file = table.need("file", "\"cube.obj\"")?;
@@ -319,7 +319,8 @@ impl Reader {
         self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
         let place = Transform::new(scale, rotate, translate);
-        let wanted = Wanted { object: &table.object, material: whole, place, node: None };
+        let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
+        let wanted = Wanted { object: &table.object, material: whole, place, node };
         model::read(source, wanted, &mut self.library, &mut self.reading)
     }
 }
