@@ -9,7 +9,7 @@ use crate::image::{Format, Metadata, View};
 use crate::lab::render_page::{self, RenderPage};
 use crate::render::Rendered;
 use crate::report::{Report, text};
-use crate::scene::Scene;
+use crate::scene::{Scene, is_model};
 use crate::settings::Settings;
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -81,6 +81,8 @@ impl Deliver<'_> {
             Output::Stdout => "-".into(),
             Output::File(path, _) => path.display().to_string(),
         };
+        report.scene.variables =
+            self.args.read.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
         report.time.wall = self.before + started.elapsed().as_secs_f64();
         self.write_image(&rendered)?;
         // The page has no effect on what was rendered, and takes time of its own.
@@ -117,6 +119,9 @@ impl Deliver<'_> {
         {
             console.say(line);
         }
+        if is_model(&self.args.scene) {
+            console.say(&in_a_scene(&self.args.scene));
+        }
         Ok(rendered.report)
     }
 
@@ -141,6 +146,15 @@ impl Deliver<'_> {
                 .with_context(|| format!("cannot write {}", path.display())),
         }?)
     }
+}
+
+/// How a model that was drawn by itself gets into a scene.
+fn in_a_scene(model: &Path) -> String {
+    let model = model.display();
+    format!(
+        "in a scene: [[mesh]] with the line  file = \"{model}\"\n\
+         `whitted import {model} -o scene.toml` writes camera and lights too"
+    )
 }
 
 /// Writes the page of a render or profile.

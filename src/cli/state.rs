@@ -21,6 +21,11 @@ impl StateFile {
         StateFile(name.into())
     }
 
+    /// True if there is an unfinished render.
+    pub(super) fn exists(&self) -> bool {
+        self.0.exists()
+    }
+
     /// The stored state if `resume` is set; otherwise only warns if there is one.
     pub(super) fn earlier<P: Payload>(
         &self,

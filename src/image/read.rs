@@ -1,9 +1,9 @@
-//! Pictures read back: PNG, OpenEXR and Radiance HDR to linear `f32` RGB.
+//! Pictures read back: PNG, OpenEXR, Radiance HDR, PPM and PFM to linear `f32` RGB.
 
-use super::{linear8, linear16};
+use super::{linear8, linear16, pfm, ppm};
 use ::image::{DynamicImage, ImageReader};
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 /// A picture read from a file.
@@ -42,12 +42,12 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// It is damaged, or of another format.
-    #[error("cannot read {} as a PNG, OpenEXR or Radiance HDR picture", path.display())]
+    #[error("cannot read {} as a PNG, OpenEXR, Radiance HDR, PPM or PFM picture", path.display())]
     Decode {
         /// Of the file.
         path: PathBuf,
         /// What the decoder says.
-        source: ::image::ImageError,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// It lets through what is behind it.
     #[error(
@@ -67,17 +67,38 @@ pub enum ReadError {
     },
 }
 
+/// True if the file begins like a picture that can be read.
+pub fn is_picture(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut start));
+    read.is_ok() && (ppm::is_ppm(&start) || pfm::is_pfm(&start) || ::image::guess_format(&start).is_ok())
+}
+
 fn read(path: &Path) -> Result<Picture, ReadError> {
     let open = |source| ReadError::Open { path: path.to_owned(), source };
-    let file = File::open(path).map_err(open)?;
+    let mut file = File::open(path).map_err(open)?;
     if file.metadata().map_err(open)?.is_dir() {
         return Err(open(std::io::ErrorKind::IsADirectory.into()));
     }
-    let image = ImageReader::new(BufReader::new(file))
+    let decode = |source: Box<dyn std::error::Error + Send + Sync>| ReadError::Decode {
+        path: path.to_owned(),
+        source,
+    };
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(open)?;
+    if ppm::is_ppm(&bytes) {
+        let (width, height, linear, encoding) = ppm::decode(&bytes).map_err(|why| decode(why.into()))?;
+        return Ok(Picture { width, height, linear, encoding });
+    }
+    if pfm::is_pfm(&bytes) {
+        let (width, height, linear) = pfm::decode(&bytes).map_err(|why| decode(why.into()))?;
+        return Ok(Picture { width, height, linear, encoding: "linear" });
+    }
+    let image = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(open)?
         .decode()
-        .map_err(|source| ReadError::Decode { path: path.to_owned(), source })?;
+        .map_err(|source| decode(source.into()))?;
     let (width, height) = (image.width(), image.height());
     let (pixels, encoding): (Vec<[f32; 4]>, _) = match &image {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
@@ -151,6 +172,56 @@ mod tests {
             let step = want.iter().fold(0.0f32, |a, &b| a.max(b)) / 127.0;
             got.iter().zip(want).all(|(g, w)| (g - w).abs() <= step)
         }));
+    }
+
+    #[test]
+    fn netpbm_and_pfm_come_back() {
+        let pfm = round(Format::Pfm, "a.png");
+        assert_eq!(
+            (pfm.width, pfm.height, pfm.linear.as_slice(), pfm.encoding),
+            (3, 2, &PIXELS[..], "linear")
+        );
+        for (bits, encoding) in [(Bits::Eight, "8-bit sRGB"), (Bits::Sixteen, "16-bit sRGB")] {
+            // PNG holds the same codes.
+            let ppm = round(Format::Ppm(bits), "a");
+            assert_eq!(ppm, round(Format::Png(bits), "a"));
+            assert_eq!(ppm.encoding, encoding);
+        }
+    }
+
+    #[test]
+    fn netpbm_of_other_programs_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let linear = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            read(&path).map(|picture| picture.linear).map_err(|e| format!("{e:?}"))
+        };
+        assert_eq!(
+            linear(b"P3 # a\n#b\n1 2 255\n255 0 188\n1 2 3\n").unwrap(),
+            [[255, 0, 188], [1, 2, 3]].map(|p| p.map(linear8))
+        );
+        assert_eq!(linear(b"P2\n2 1\n15\n15 0").unwrap(), [[1.0; 3], [0.0; 3]]);
+        assert_eq!(linear(b"P5 1 1 255\n\xbc").unwrap(), [[linear8(188); 3]]);
+        // Big-endian and grey, the lowest row first.
+        assert_eq!(linear(b"Pf\n1 2\n1.0\n\x3f\x80\0\0\x40\0\0\0").unwrap(), [[2.0; 3], [1.0; 3]]);
+        for bad in [
+            &b"P6 1 1 255\n\0\0"[..],
+            b"P6 0 1 255\n",
+            b"P6 4000000000 4000000000 255\n",
+            b"P3 1 1 255 1 2",
+            b"P2 1 1 15 16",
+            b"P6 1 1 65536\n",
+            b"P6 ",
+            b"PF\n1 1\n",
+            b"PF\n1 1\n-1.0\n\0",
+            b"PF\nx 1\n-1.0\n",
+        ] {
+            assert!(linear(bad).unwrap_err().contains("Decode"), "{bad:?}");
+        }
+        assert!(is_picture(&path));
+        fs::write(&path, b"[camera]").unwrap();
+        assert!(!is_picture(&path));
     }
 
     #[test]

@@ -4,10 +4,12 @@
 
 pub mod bounds;
 mod error;
+mod import;
 mod library;
 mod material;
 mod model;
 mod mtl;
+mod nff;
 mod notes;
 mod obj;
 mod parse;
@@ -18,12 +20,17 @@ mod read_options;
 mod table;
 mod transform;
 mod tokens;
+mod variables;
+mod viewing;
 
 pub use error::SceneError;
+pub use import::import;
+pub use model::is_model;
 pub use notes::{Note, Notes};
-pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
+pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE, utf8};
 pub use read_options::ReadOptions;
 pub use transform::{Transform, rotation};
+pub(crate) use variables::is_name;
 
 use crate::scene::bounds::Bounds;
 use glam::DVec3;

@@ -3,7 +3,18 @@
 use super::error::{SceneError, Source};
 use super::library::Library;
 use super::notes::Reading;
-use super::{Camera, Light, Mesh, Sphere, Transform, obj};
+use super::{Camera, Light, Mesh, Sphere, Transform, nff, obj};
+use glam::DVec3;
+use std::path::Path;
+
+/// Endings of the names of files that [`read`] reads.
+const EXTENSIONS: [&str; 2] = ["obj", "nff"];
+
+/// True if the name of the file says that it holds shapes rather than a scene.
+pub fn is_model(file: impl AsRef<Path>) -> bool {
+    let extension = file.as_ref().extension().unwrap_or_default();
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
 
 /// What a file of shapes holds, already in the scene's space.
 #[derive(Debug, Default)]
@@ -16,6 +27,8 @@ pub(super) struct Model {
     pub lights: Vec<Light>,
     /// Cameras of the file, in its order; used like `lights`.
     pub cameras: Vec<Camera>,
+    /// Linear RGB of rays that hit nothing, if the file says; used like `lights`.
+    pub background: Option<DVec3>,
 }
 
 /// The part of a file that is wanted, and where it goes.
@@ -36,8 +49,11 @@ pub(super) fn read(
     source: Source,
     wanted: Wanted,
     library: &mut Library,
-    _reading: &mut Reading,
+    reading: &mut Reading,
 ) -> Result<Model, SceneError> {
+    if source.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("nff")) {
+        return nff::read(source, wanted, library, reading);
+    }
     let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
     Ok(Model { meshes: vec![mesh], ..Model::default() })
 }

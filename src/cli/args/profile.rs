@@ -30,7 +30,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(PROFILE_HELP))]
 pub struct ProfileArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Timed renders, after one to warm up

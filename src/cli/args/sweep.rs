@@ -29,7 +29,7 @@ Example:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(&SWEEP_HELP))]
 pub struct SweepArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Settings to vary; all combinations are rendered. The axes are listed below

@@ -1,16 +1,17 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use super::reference::{Reference, compared};
+use super::render::Device;
 use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
 use crate::cli::failure::Failure;
-use crate::cli::progress::{self, Progress, Style};
+use crate::cli::progress::{Progress, Style};
 use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::{Format, Metadata, heat};
-use crate::render::{Rendered, Renderer};
+use crate::render::Rendered;
 use crate::settings::{Precision, Settings};
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -81,6 +82,7 @@ pub(super) fn run(
     args: &RenderArgs,
     format: Format,
     state: Option<StateFile>,
+    device: &mut Device,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
@@ -89,12 +91,11 @@ pub(super) fn run(
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, format, &mut settings, started)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let label = match request.target {
         Target::Settings => "rendering".to_owned(),
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),

@@ -99,7 +99,7 @@ fn scenes(args: &CalibrateArgs, console: &mut Console) -> Result<Vec<(String, Sc
     }
     let one = |path: &PathBuf| {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Ok::<_, Failure>((name, read::scene(path, &args.read, console)?))
+        Ok::<_, Failure>((name, read::scene(path, &args.read, None, console)?))
     };
     files.iter().map(one).collect()
 }

@@ -45,7 +45,7 @@ pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Resul
 /// The scene and, if there is one, its sibling.
 fn subjects(args: &GalleryArgs, console: &mut Console) -> Result<Vec<Subject>, Failure> {
     let mut subject = |path: &Path| {
-        let scene = read::scene(path, &args.read, console)?;
+        let scene = read::scene(path, &args.read, None, console)?;
         let name = path.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
         Ok::<_, Failure>(Subject { name, scene })
     };

@@ -25,7 +25,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let earlier = args.from.as_deref().map(report).transpose()?;
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     let scene_seconds = scene.read_time.0.as_secs_f64();
     let asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;

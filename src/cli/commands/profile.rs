@@ -27,7 +27,7 @@ use std::time::Instant;
 pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     check(args)?;
     let begin = Instant::now();
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.size, console)?;
     let mut phases = vec![Phase::since("parse scene", begin)];
     let settings = settings(args, &scene);
     progress::catch_interrupts()?;

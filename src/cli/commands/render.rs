@@ -1,8 +1,8 @@
 //! `whitted render`.
 
-use super::bounded_image;
 use super::plan;
 use super::reference::{Reference, compared};
+use super::{bounded_image, frames};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{Deliver, settings, validated, writable};
@@ -19,24 +19,57 @@ use crate::report::receipt;
 use std::io::{self, IsTerminal};
 use std::time::Instant;
 
-/// Renders one image.
+/// Renders one image, or one for each frame.
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
+    match args.frames.list().as_slice() {
+        [] if args.frames.skip_existing => {
+            Err(Failure::Usage("--skip-existing needs --frames, or --frame".into()))
+        }
+        [] => picture(args, &mut Device::default(), started, console),
+        list => frames::run(args, list, started, console),
+    }
+}
+
+/// The device, opened when the first picture needs it.
+#[derive(Default)]
+pub(super) struct Device(Option<Renderer>);
+
+impl Device {
+    /// The renderer; from now on Ctrl-C asks it to stop.
+    pub(super) fn open(&mut self, args: &RenderArgs) -> Result<&mut Renderer, Failure> {
+        let renderer = match self.0.take() {
+            Some(renderer) => renderer,
+            None => {
+                progress::catch_interrupts()?;
+                Renderer::open(&args.device.choice(), args.validate)?
+            }
+        };
+        Ok(self.0.insert(renderer))
+    }
+}
+
+/// Renders one image.
+pub(super) fn picture(
+    args: &RenderArgs,
+    device: &mut Device,
+    started: Instant,
+    console: &mut Console,
+) -> Result<(), Failure> {
     let format = check(args)?;
     let state = state_file(args);
     if bounded_image::is_wanted(args) {
-        return bounded_image::run(args, format, state, started, console);
+        return bounded_image::run(args, format, state, device, started, console);
     }
     let earlier = match &state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
@@ -63,7 +96,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     if let Some(outline) = outline.filter(|_| done == 1.0) {
         let mut say = |what: &str| console.say(&format!("receipt: measuring {what}"));
         let receipt = measure(
-            &mut renderer,
+            renderer,
             &scene,
             &mut prepared,
             outline,
@@ -144,9 +177,11 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
         }
     }
     match (args.bits.as_deref(), format) {
-        (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
-        (Some(_), Format::Exr | Format::Hdr) => Err(Failure::Usage("--bits applies to PNG only".into())),
-        _ => Ok(format),
+        (None, format) => Ok(format),
+        (Some(bits), format) => {
+            let bits = if bits == "16" { Bits::Sixteen } else { Bits::Eight };
+            format.with_bits(bits).ok_or_else(|| Failure::Usage("--bits applies to PNG and PPM only".into()))
+        }
     }
 }
 

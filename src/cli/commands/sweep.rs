@@ -16,7 +16,7 @@ use anyhow::Context;
 
 /// Runs a sweep and prints the Pareto front.
 pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.size, console)?;
     // The grid is checked before the device is opened: a mistake in it costs nothing.
     grid(&scene, &args.over).map_err(Failure::Usage)?;
     std::fs::create_dir_all(&args.output)
