@@ -22,7 +22,12 @@ fn json(output: &Output) -> serde_json::Value {
 }
 
 /// Renders small on `drivers` with more `options`; the report.
-fn render(folder: &Path, drivers: &[&Path], options: &[&str], variables: &[(&str, &str)]) -> serde_json::Value {
+fn render(
+    folder: &Path,
+    drivers: &[&Path],
+    options: &[&str],
+    variables: &[(&str, &str)],
+) -> serde_json::Value {
     let report = folder.join("report.json");
     let output = whitted(drivers, &folder.join("cache"))
         .args(["render", "scenes/mesh_glass.toml"])
@@ -74,14 +79,19 @@ fn a_file_that_is_no_driver_is_named() {
     fs::create_dir(&empty).unwrap();
     let missing = folder.path().join("missing.json");
     let lavapipe = lavapipe();
-    for (file, why) in [(&garbage, "not JSON"), (&empty, "without driver files"), (&missing, "No such file")] {
+    for (file, why) in [(&garbage, "not JSON"), (&empty, "without driver files"), (&missing, "No such file")]
+    {
         let told = |text: &str| text.contains(&file.display().to_string()) && text.contains(why);
         let output = whitted(&[file], folder.path()).arg("devices").output().unwrap();
         assert_eq!(output.status.code(), Some(4), "{}", both(&output));
         assert!(told(&both(&output)), "{}", both(&output));
         // Beside a driver that is one, it is a warning.
         let output = whitted(&[file, &lavapipe], folder.path()).arg("devices").output().unwrap();
-        assert!(output.status.success() && told(&String::from_utf8_lossy(&output.stderr)), "{}", both(&output));
+        assert!(
+            output.status.success() && told(&String::from_utf8_lossy(&output.stderr)),
+            "{}",
+            both(&output)
+        );
         let report = render(folder.path(), &[file, &lavapipe], &[], &[]);
         assert!(told(&report["warnings"].to_string()), "{report}");
     }
@@ -142,7 +152,10 @@ fn a_full_file_system_in_memory_ends_no_render() {
         .unwrap();
     let text = both(&output);
     assert!(output.status.success(), "{}{text}", output.status);
-    assert!(text.contains("the driver's cache of compiled kernels is off") && text.contains("0 MiB free"), "{text}");
+    assert!(
+        text.contains("the driver's cache of compiled kernels is off") && text.contains("0 MiB free"),
+        "{text}"
+    );
 }
 
 /// The first dispatches of large kernels compile for seconds. Whether the driver is still at it when the signal

@@ -12,7 +12,7 @@ use crate::lab::render_page::{self, RenderPage};
 use crate::plan::host_memory::{self, HostWork, LARGEST_FILE};
 use crate::render::{RenderError, Rendered};
 use crate::report::{Report, text};
-use crate::scene::Scene;
+use crate::scene::{Scene, is_model};
 use crate::settings::Settings;
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -58,8 +58,9 @@ pub(crate) fn fits_host(args: &RenderArgs, settings: &Settings, format: Format) 
     let work = if bounded { HostWork::Bounded } else { HostWork::Image };
     // Codes or channels, and what is encoded of them in a buffer that doubles as it grows.
     let file = match format {
-        Format::Png(Bits::Eight) => 3 + 6,
-        Format::Png(Bits::Sixteen) => 6 + 12,
+        Format::Png(Bits::Eight) | Format::Ppm(Bits::Eight) => 3 + 6,
+        Format::Png(Bits::Sixteen) | Format::Ppm(Bits::Sixteen) => 6 + 12,
+        Format::Pfm => 12 + 24,
         Format::Hdr => 12 + 8,
         Format::Exr => LARGEST_FILE,
     };
@@ -116,6 +117,8 @@ impl Deliver<'_> {
             Output::Stdout => "-".into(),
             Output::File(path, _) => self.place(path).display().to_string(),
         };
+        report.scene.variables =
+            self.args.read.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
         report.time.wall = self.before + started.elapsed().as_secs_f64();
         let mut failures = Vec::new();
         let kept = keep(report).unwrap_or_else(|failure| {
@@ -171,6 +174,9 @@ impl Deliver<'_> {
         }
         for name in layers {
             console.say(&format!("layer: {}", name.display()));
+        }
+        if is_model(&self.args.scene) {
+            console.say(&in_a_scene(&self.args.scene));
         }
     }
 
@@ -281,6 +287,15 @@ pub(crate) fn files(args: &RenderArgs, state: Option<&StateFile>) -> Files {
         Some(state) => files.may_write("the state", state.path()),
         None => files,
     }
+}
+
+/// How a model that was drawn by itself gets into a scene.
+fn in_a_scene(model: &Path) -> String {
+    let model = model.display();
+    format!(
+        "in a scene: [[mesh]] with the line  file = \"{model}\"\n\
+         `whitted import {model} -o scene.toml` writes camera and lights too"
+    )
 }
 
 /// Writes the page of a render or profile.

@@ -76,6 +76,18 @@ pub enum Failure {
     /// Stopped by Ctrl-C; says what was saved.
     #[error("{0}")]
     Interrupted(String),
+    /// Frames of a batch failed; each was reported when it did.
+    #[error("{failed} of {of} frames failed, frame {frame} first")]
+    Frames {
+        /// Number of frames that failed.
+        failed: usize,
+        /// Number of frames.
+        of: usize,
+        /// The first that failed.
+        frame: u32,
+        /// What it failed with.
+        code: Code,
+    },
     /// Anything else.
     #[error(transparent)]
     Other(#[from] anyhow::Error),
@@ -105,6 +117,7 @@ impl Failure {
             Failure::Unmet(_) => Code::Unmet,
             Failure::Unsound(_) => Code::Unsound,
             Failure::Interrupted(_) | Failure::Render(RenderError::Interrupted(_)) => Code::Interrupted,
+            Failure::Frames { code, .. } => *code,
             Failure::Render(
                 RenderError::OutOfMemory(_)
                 | RenderError::DoesNotFit(_)

@@ -7,4 +7,5 @@ mod delivery;
 pub mod failure;
 mod files;
 pub(crate) mod progress;
+mod read;
 mod state;

@@ -35,6 +35,11 @@ impl StateFile {
         &self.to
     }
 
+    /// True if there is an unfinished render.
+    pub(super) fn exists(&self) -> bool {
+        exists(&self.path)
+    }
+
     /// The stored state if `resume` is set; otherwise only warns if there is one.
     pub(super) fn earlier<P: Payload>(
         &self,

@@ -1,19 +1,23 @@
-//! Images: from linear `f32` RGB to PNG, EXR or Radiance HDR and back, and numbers as colours.
+//! Images: from linear `f32` RGB to PNG, EXR, Radiance HDR, PPM or PFM and back, and numbers as colours.
 
 pub(crate) mod canvas;
 mod exr;
 mod hdr;
 pub mod heat;
 mod metadata;
+mod pfm;
 mod png;
+mod ppm;
 mod read;
+mod read_metadata;
 mod save;
 mod srgb;
 pub(crate) mod text;
 
 pub use metadata::Metadata;
 pub use png::png8;
-pub use read::{Picture, ReadError};
+pub use read::{Picture, ReadError, is_picture};
+pub use read_metadata::read_metadata;
 pub use save::SaveError;
 pub(crate) use save::save;
 pub use srgb::{code8, code16, linear8, linear16};
@@ -42,9 +46,13 @@ pub enum Format {
     Exr,
     /// Radiance RGBE, linear, negative values as 0; metadata as header comments.
     Hdr,
+    /// Binary Netpbm of sRGB codes, clamped to [0, 1]; metadata as comments.
+    Ppm(Bits),
+    /// Linear `f32`, unclamped, without metadata.
+    Pfm,
 }
 
-/// Bits per channel of a PNG.
+/// Bits per channel of a PNG or PPM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bits {
     /// 8 bits.
@@ -56,15 +64,26 @@ pub enum Bits {
 
 impl Format {
     /// The extensions [`Format::of`] knows.
-    pub const EXTENSIONS: &str = ".png, .exr or .hdr";
+    pub const EXTENSIONS: &str = ".png, .exr, .hdr, .ppm or .pfm";
 
-    /// The format a path's extension asks for, case ignored; PNG in 8 bits unless changed.
+    /// The format a path's extension asks for, case ignored; PNG and PPM in 8 bits unless changed.
     pub fn of(path: &Path) -> Option<Format> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "png" => Some(Format::Png(Bits::default())),
             "exr" => Some(Format::Exr),
             "hdr" => Some(Format::Hdr),
+            "ppm" => Some(Format::Ppm(Bits::default())),
+            "pfm" => Some(Format::Pfm),
             _ => None,
+        }
+    }
+
+    /// The same format with `bits` per channel, if it holds codes.
+    pub fn with_bits(self, bits: Bits) -> Option<Format> {
+        match self {
+            Format::Png(_) => Some(Format::Png(bits)),
+            Format::Ppm(_) => Some(Format::Ppm(bits)),
+            Format::Exr | Format::Hdr | Format::Pfm => None,
         }
     }
 
@@ -81,6 +100,8 @@ impl Format {
             Format::Png(bits) => png::encode(view, bits, metadata, out),
             Format::Exr => exr::encode(view, channels, metadata, out),
             Format::Hdr => hdr::encode(view, metadata, out),
+            Format::Ppm(bits) => ppm::encode(view, bits, metadata, out),
+            Format::Pfm => pfm::encode(view, out),
         }
     }
 
@@ -95,9 +116,11 @@ impl Format {
             (sum / (3 * view.linear.len().max(1)) as f64).sqrt()
         };
         match self {
-            Format::Png(Bits::Eight) => of(&|p| p.map(|x| linear8(code8(x)))),
-            Format::Png(Bits::Sixteen) => of(&|p| p.map(|x| linear16(code16(x)))),
-            Format::Exr => 0.0,
+            Format::Png(Bits::Eight) | Format::Ppm(Bits::Eight) => of(&|p| p.map(|x| linear8(code8(x)))),
+            Format::Png(Bits::Sixteen) | Format::Ppm(Bits::Sixteen) => {
+                of(&|p| p.map(|x| linear16(code16(x))))
+            }
+            Format::Exr | Format::Pfm => 0.0,
             Format::Hdr => of(&hdr::stored),
         }
     }
@@ -149,6 +172,8 @@ mod tests {
         assert_eq!(Format::of(Path::new("a/b.PNG")), Some(Format::Png(Bits::Eight)));
         assert_eq!(Format::of(Path::new("b.exr")), Some(Format::Exr));
         assert_eq!(Format::of(Path::new("b.hdr")), Some(Format::Hdr));
+        assert_eq!(Format::of(Path::new("b.ppm")), Some(Format::Ppm(Bits::Eight)));
+        assert_eq!(Format::of(Path::new("b.pfm")), Some(Format::Pfm));
         for bad in ["b.jpg", "b", ".png", "png", ""] {
             assert_eq!(Format::of(Path::new(bad)), None, "{bad}");
         }
@@ -228,6 +253,7 @@ mod tests {
                 Format::Png(Bits::Eight) => file.into_rgb8().iter().map(|c| linear8(*c)).collect(),
                 Format::Png(Bits::Sixteen) => file.into_rgb16().iter().map(|c| linear16(*c)).collect(),
                 Format::Exr | Format::Hdr => file.into_rgb32f().iter().copied().collect(),
+                Format::Ppm(_) | Format::Pfm => unreachable!("not among the formats above"),
             };
             let shown = |x: f32| f64::from(x.clamp(0.0, 1.0));
             let squares: f64 =

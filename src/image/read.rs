@@ -1,6 +1,6 @@
-//! Pictures read back: PNG, OpenEXR and Radiance HDR to linear `f32` RGB.
+//! Pictures read back: PNG, OpenEXR, Radiance HDR, PPM and PFM to linear `f32` RGB.
 
-use super::{linear8, linear16};
+use super::{linear8, linear16, pfm, ppm};
 use crate::host_memory;
 use crate::units;
 use ::exr::meta::MetaData;
@@ -45,12 +45,12 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// It is damaged, or of another format.
-    #[error("cannot read {} as a PNG, OpenEXR or Radiance HDR picture", path.display())]
+    #[error("cannot read {} as a PNG, OpenEXR, Radiance HDR, PPM or PFM picture", path.display())]
     Decode {
         /// Of the file.
         path: PathBuf,
         /// What the decoder says.
-        source: ::image::ImageError,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// Its header promises more pixels than a file of its length can hold, or none.
     #[error(
@@ -111,9 +111,19 @@ const EXPANSION: u64 = 8 * 1032;
 /// Bytes of a pixel as this program holds it.
 const OWN: u64 = 12;
 
+/// True if the file begins like a picture that can be read.
+pub fn is_picture(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
+    read.is_ok() && (ppm::is_ppm(&start) || pfm::is_pfm(&start) || ::image::guess_format(&start).is_ok())
+}
+
 fn read(path: &Path) -> Result<Picture, ReadError> {
     let open = |source| ReadError::Open { path: path.to_owned(), source };
-    let decode = |source| ReadError::Decode { path: path.to_owned(), source };
+    let decode = |source: Box<dyn std::error::Error + Send + Sync>| ReadError::Decode {
+        path: path.to_owned(),
+        source,
+    };
     let mut file = File::open(path).map_err(open)?;
     let about = file.metadata().map_err(open)?;
     if about.is_dir() {
@@ -122,9 +132,19 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     let room = Room { path, file: about.is_file().then_some(about.len()), free: host_memory::free() };
     let mut start = Vec::new();
     if room.file.is_some() {
-        file.by_ref().take(4).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(open)?;
+        file.by_ref().take(START).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(open)?;
     }
-    if start == EXR {
+    if ppm::is_ppm(&start) || pfm::is_pfm(&start) {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(open)?;
+        let (width, height, linear, encoding) = match ppm::is_ppm(&bytes) {
+            true => ppm::decode(&bytes),
+            false => pfm::decode(&bytes).map(|(width, height, linear)| (width, height, linear, "linear")),
+        }
+        .map_err(|why| decode(why.into()))?;
+        return Ok(Picture { width, height, linear, encoding });
+    }
+    if start.starts_with(&EXR) {
         check_exr(&room, &mut file)?;
         file.rewind().map_err(open)?;
     }
@@ -134,7 +154,7 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     // Of what decoders hold besides the pixels, which are checked below.
     limits.max_alloc = Some(room.free.unwrap_or(u64::MAX));
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(decode)?;
+    let decoder = reader.into_decoder().map_err(|e| decode(e.into()))?;
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
     if format == Some(ImageFormat::Hdr) {
@@ -147,9 +167,11 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     if pixels == 0 {
         return Err(room.wrong([width, height]));
     }
-    picture(path, &DynamicImage::from_decoder(decoder).map_err(decode)?)
+    picture(path, &DynamicImage::from_decoder(decoder).map_err(|e| decode(e.into()))?)
 }
 
+/// Bytes that tell a format.
+const START: u64 = 16;
 /// First bytes of an OpenEXR file.
 const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// Bytes of the shortest run of a Radiance file.
@@ -324,6 +346,56 @@ mod tests {
             let step = want.iter().fold(0.0f32, |a, &b| a.max(b)) / 127.0;
             got.iter().zip(want).all(|(g, w)| (g - w).abs() <= step)
         }));
+    }
+
+    #[test]
+    fn netpbm_and_pfm_come_back() {
+        let pfm = round(Format::Pfm, "a.png");
+        assert_eq!(
+            (pfm.width, pfm.height, pfm.linear.as_slice(), pfm.encoding),
+            (3, 2, &PIXELS[..], "linear")
+        );
+        for (bits, encoding) in [(Bits::Eight, "8-bit sRGB"), (Bits::Sixteen, "16-bit sRGB")] {
+            // PNG holds the same codes.
+            let ppm = round(Format::Ppm(bits), "a");
+            assert_eq!(ppm, round(Format::Png(bits), "a"));
+            assert_eq!(ppm.encoding, encoding);
+        }
+    }
+
+    #[test]
+    fn netpbm_of_other_programs_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let linear = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            read(&path).map(|picture| picture.linear).map_err(|e| format!("{e:?}"))
+        };
+        assert_eq!(
+            linear(b"P3 # a\n#b\n1 2 255\n255 0 188\n1 2 3\n").unwrap(),
+            [[255, 0, 188], [1, 2, 3]].map(|p| p.map(linear8))
+        );
+        assert_eq!(linear(b"P2\n2 1\n15\n15 0").unwrap(), [[1.0; 3], [0.0; 3]]);
+        assert_eq!(linear(b"P5 1 1 255\n\xbc").unwrap(), [[linear8(188); 3]]);
+        // Big-endian and grey, the lowest row first.
+        assert_eq!(linear(b"Pf\n1 2\n1.0\n\x3f\x80\0\0\x40\0\0\0").unwrap(), [[2.0; 3], [1.0; 3]]);
+        for bad in [
+            &b"P6 1 1 255\n\0\0"[..],
+            b"P6 0 1 255\n",
+            b"P6 4000000000 4000000000 255\n",
+            b"P3 1 1 255 1 2",
+            b"P2 1 1 15 16",
+            b"P6 1 1 65536\n",
+            b"P6 ",
+            b"PF\n1 1\n",
+            b"PF\n1 1\n-1.0\n\0",
+            b"PF\nx 1\n-1.0\n",
+        ] {
+            assert!(linear(bad).unwrap_err().contains("Decode"), "{bad:?}");
+        }
+        assert!(is_picture(&path));
+        fs::write(&path, b"[camera]").unwrap();
+        assert!(!is_picture(&path));
     }
 
     #[test]

@@ -141,7 +141,7 @@ pub(super) fn cut(scene: &Scene, place: Place) -> Option<Scene> {
 fn without_shapes(scene: &Scene) -> Scene {
     Scene {
         file: scene.file.clone(),
-        read_time: scene.read_time,
+        read_time: scene.read_time.clone(),
         camera: scene.camera,
         render: scene.render,
         lights: scene.lights.clone(),
@@ -149,6 +149,7 @@ fn without_shapes(scene: &Scene) -> Scene {
         spheres: scene.spheres.clone(),
         polygons: Vec::new(),
         meshes: Vec::new(),
+        notes: scene.notes.clone(),
     }
 }
 

@@ -1,10 +1,11 @@
 //! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
-//! and already checked. [`Scene::load`] and [`Scene::parse`] are the only ways from text to a [`Scene`].
+//! and already checked. [`Scene::load`] and [`Scene::parse`] (and their `_with` forms) are the only ways from text to a [`Scene`].
 //! A scene that is built by hand must keep the ranges that the fields state: rendering relies on them.
 
 pub mod bounds;
 mod error;
 mod gltf;
+mod import;
 mod library;
 mod material;
 mod mean_color;
@@ -12,6 +13,7 @@ mod mesh_builder;
 mod model;
 mod model_file;
 mod mtl;
+mod nff;
 mod notes;
 mod obj;
 mod parse;
@@ -20,15 +22,22 @@ mod ply;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
+mod read_options;
 mod stl;
 mod table;
 mod transform;
 mod tokens;
+mod variables;
+mod viewing;
 
 pub use error::SceneError;
+pub use import::import;
+pub use model::is_model;
 pub use notes::{Note, Notes};
-pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
+pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE, utf8};
+pub use read_options::ReadOptions;
 pub use transform::{Transform, rotation};
+pub(crate) use variables::is_name;
 
 use crate::scene::bounds::Bounds;
 use glam::DVec3;

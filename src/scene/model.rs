@@ -4,7 +4,18 @@ use super::error::{SceneError, Source};
 use super::library::Library;
 use super::model_file::ModelFile;
 use super::notes::Reading;
-use super::{Camera, Light, Mesh, Sphere, Transform, gltf, obj, ply, stl};
+use super::{Camera, Light, Mesh, Sphere, Transform, gltf, nff, obj, ply, stl};
+use glam::DVec3;
+use std::path::Path;
+
+/// Endings of the names of files that [`read`] reads.
+const EXTENSIONS: [&str; 7] = ["obj", "gltf", "glb", "vrm", "ply", "stl", "nff"];
+
+/// True if the name of the file says that it holds shapes rather than a scene.
+pub fn is_model(file: impl AsRef<Path>) -> bool {
+    let extension = file.as_ref().extension().unwrap_or_default();
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
 
 /// What a file of shapes holds, already in the scene's space.
 #[derive(Debug, Default)]
@@ -17,6 +28,8 @@ pub(super) struct Model {
     pub lights: Vec<Light>,
     /// Cameras of the file, in its order; used like `lights`.
     pub cameras: Vec<Camera>,
+    /// Linear RGB of rays that hit nothing, if the file says; used like `lights`.
+    pub background: Option<DVec3>,
 }
 
 /// The part of a file that is wanted, and where it goes.
@@ -36,6 +49,7 @@ pub(super) struct Wanted<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Format {
     Gltf,
+    Nff,
     Obj,
     Ply,
     Stl,
@@ -57,6 +71,7 @@ fn format(source: Source) -> Format {
             Some("gltf" | "glb" | "vrm") => Format::Gltf,
             Some("ply") => Format::Ply,
             Some("stl") => Format::Stl,
+            Some("nff") => Format::Nff,
             _ => Format::Obj,
         }
     }
@@ -71,9 +86,9 @@ pub(super) fn read(
 ) -> Result<Model, SceneError> {
     let file = ModelFile { source, object: wanted.object };
     let format = format(source);
-    if wanted.node.is_some() && matches!(format, Format::Ply | Format::Stl) {
+    if wanted.node.is_some() && matches!(format, Format::Ply | Format::Stl | Format::Nff) {
         return Err(file.error(
-            "`node` picks a part by its name, but PLY and STL files have no named parts",
+            "`node` picks a part by its name, but PLY, STL and NFF files have no named parts",
             "remove `node`, or take a glTF file",
         ));
     }
@@ -81,6 +96,7 @@ pub(super) fn read(
         Format::Gltf => gltf::read(file, wanted, library, reading),
         Format::Ply => ply::read(file, wanted, library, reading),
         Format::Stl => stl::read(file, wanted, library, reading),
+        Format::Nff => nff::read(source, wanted, library, reading),
         Format::Obj => {
             let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
             Ok(Model { meshes: vec![mesh], ..Model::default() })

@@ -5,8 +5,10 @@ use super::library::Library;
 use super::model::{Model, Wanted};
 use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{Camera, Light, Material, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
-use super::{material, model, polygon};
+use super::{
+    Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere, Transform,
+};
+use super::{material, model, polygon, variables, viewing};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -21,13 +23,13 @@ pub(crate) const MAX_SAMPLES: u32 = 1 << 24;
 pub(crate) const MAX_DEPTH: u32 = 1024;
 /// Smallest sine of the angle between view and up: the camera's axes are off by 2^-53 divided by it,
 /// which must stay below the 2^-24 of single-precision directions with some bits to spare.
-const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
+pub(super) const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Defaults of `[camera]`: up is y, 45 degrees, 600 x 500 pixels.
 const UP: DVec3 = DVec3::Y;
 const FOV_DEGREES: f64 = 45.0;
-const WIDTH: u32 = 600;
-const HEIGHT: u32 = 500;
+pub(super) const WIDTH: u32 = 600;
+pub(super) const HEIGHT: u32 = 500;
 /// Defaults of `[render]`: one sample through the pixel's centre, four rays in the longest path (in and
 /// out of a glass object and one more), a black background.
 const RENDER: RenderDefaults = RenderDefaults { samples: 1, depth: 4, background: DVec3::ZERO };
@@ -41,8 +43,17 @@ impl Scene {
     /// The first mistake in the text (see [`SceneError`]): syntax, unknown keys, wrong types, missing
     /// materials, impossible values, files that cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Scene::load_with(path, &ReadOptions::default())
+    }
+
+    /// Reads a scene file and all files that it names, as `options` say. A file of shapes ([`is_model`](super::is_model))
+    /// gets a scene of its own: its camera and lights, or a camera that sees all of it and two lights.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Scene, SceneError> {
         let start = Instant::now();
-        let scene = load(path.as_ref())?;
+        let scene = load(path.as_ref(), options)?;
         Ok(timed(scene, start))
     }
 
@@ -52,8 +63,20 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Scene::parse_with(text, path, &ReadOptions::default())
+    }
+
+    /// [`Scene::parse`], as `options` say.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse_with(
+        text: &str,
+        path: impl AsRef<Path>,
+        options: &ReadOptions,
+    ) -> Result<Scene, SceneError> {
         let start = Instant::now();
-        let scene = parse(text, path.as_ref())?;
+        let scene = parse(text, path.as_ref(), options)?;
         Ok(timed(scene, start))
     }
 }
@@ -73,16 +96,34 @@ impl FromStr for Scene {
     }
 }
 
-fn load(path: &Path) -> Result<Scene, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| unreadable(path, "scene", e))?;
-    let text = std::str::from_utf8(&bytes).map_err(|e| {
-        let source = Source { file: path, text: &bytes };
-        source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
-    })?;
-    parse(text, path)
+fn load(path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
+    let is_model = model::is_model(path);
+    let what = if is_model { "model" } else { "scene" };
+    let bytes = std::fs::read(path).map_err(|e| unreadable(path, what, e))?;
+    if is_model {
+        return match options.variables.first() {
+            None => viewing::around(path, &bytes, options),
+            Some((name, _)) => Err(variables::unnamed(Source { file: path, text: &bytes }, name)),
+        };
+    }
+    parse(utf8(&bytes, path)?, path, options)
 }
 
-fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+/// The bytes of a scene as text.
+pub(crate) fn utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, SceneError> {
+    std::str::from_utf8(bytes).map_err(|e| {
+        let source = Source { file: path, text: bytes };
+        source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
+    })
+}
+
+fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
+    let filled = variables::fill(text, path, &options.variables)?;
+    parse_filled(&filled.text, path, options).map_err(|error| filled.replace(error, path))
+}
+
+/// Reads a text without variables.
+fn parse_filled(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
     let source = Source { file: path, text: text.as_bytes() };
     let document = DeTable::parse(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
@@ -97,7 +138,7 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     top.only(&TOP)?;
 
     let materials = materials(&top)?;
-    let reading = Reading { strict: false, notes: Notes::default() };
+    let reading = Reading { strict: options.strict, notes: Notes::default() };
     let (own, library) = (materials.len(), Library::new(materials));
     let mut reader = Reader { own, library, reading, files: Vec::new() };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {

@@ -9,7 +9,7 @@ use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::image::{Bits, Format, View};
+use crate::image::{Bits, View};
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
@@ -118,8 +118,9 @@ impl Task<'_> {
         let linear = image.linear();
         let view = View { width: image.width, height: image.height(), linear: &linear };
         let error = format.encoding_error(view);
-        if format == Format::Png(Bits::Eight) && !self.request.keep_bits && error > ENCODING_SHARE * target {
-            let finer = Format::Png(Bits::Sixteen);
+        let finer =
+            format.with_bits(Bits::Sixteen).filter(|finer| *finer != format && !self.request.keep_bits);
+        if let Some(finer) = finer.filter(|_| error > ENCODING_SHARE * target) {
             self.request.file = Some(finer);
             return finer.encoding_error(view);
         }

@@ -1,7 +1,7 @@
 //! `whitted calibrate`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use crate::scene::procedural::families::Family;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -93,6 +93,10 @@ pub struct CalibrateArgs {
     /// Write the tables to this file instead of standard output
     #[arg(short, long, value_name = "FILE.md")]
     pub output: Option<PathBuf>,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

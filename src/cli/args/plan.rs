@@ -1,6 +1,6 @@
 //! `whitted plan`.
 
-use super::{DeviceArgs, PictureArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, PictureArgs, ReadArgs, ScheduleArgs, Verbosity};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(PLAN_HELP))]
 pub struct PlanArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Size, samples, depth and the like.
@@ -39,6 +39,10 @@ pub struct PlanArgs {
     /// Write the plan as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! `whitted profile`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::settings::Precision;
 use clap::Args;
 use std::path::PathBuf;
@@ -30,7 +30,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(PROFILE_HELP))]
 pub struct ProfileArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Timed renders, after one to warm up
@@ -72,6 +72,10 @@ pub struct ProfileArgs {
     /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it
     #[arg(long, value_name = "WHICH", default_value = "auto", help_heading = "Picture")]
     pub precision: Precision,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! `whitted render`.
 
 use super::values::{self, Crop, Output, Size};
-use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, FrameArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, parse_cutoff};
@@ -23,16 +23,19 @@ Examples:
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
-  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
+  whitted render model.obj -o model.png
+  whitted render turning.toml -o turn_####.png --frames 0..35 --skip-existing --resume
+  generate | whitted render - -o made.png -D radius=2";
 
 /// `whitted render`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = super::notes(RENDER_HELP))]
 pub struct RenderArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
-    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
+    /// Image to write: .png, .exr, .hdr, .ppm or .pfm; `-` for a PNG on standard output
     #[arg(short, long, value_name = "FILE", value_parser = values::output(), help_heading = "Output")]
     pub output: Output,
 
@@ -44,7 +47,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
 
-    /// Bits per channel of a PNG [default: 8]
+    /// Bits per channel of a PNG or PPM [default: 8]
     #[arg(long, value_parser = ["8", "16"], help_heading = "Output")]
     pub bits: Option<String>,
 
@@ -72,6 +75,14 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Device")]
     pub validate: bool,
 
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
+
+    /// Frames of a moving scene.
+    #[command(flatten)]
+    pub frames: FrameArgs,
+
     /// Device to use.
     #[command(flatten)]
     pub device: DeviceArgs,
@@ -86,7 +97,7 @@ pub struct RenderArgs {
 }
 
 /// What a picture is made of. The scene file gives the defaults.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
@@ -127,7 +138,7 @@ pub struct PictureArgs {
 }
 
 /// The error of the image.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Accuracy")]
 pub struct AccuracyArgs {
     /// State the error of the image in four parts: sampling, truncation, rounding

@@ -1,17 +1,18 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use super::reference::{Reference, compared};
+use super::render::Device;
 use crate::accuracy::promise::{Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, Delivered};
 use crate::cli::failure::Failure;
-use crate::cli::progress::{self, Progress, Style};
+use crate::cli::progress::{Progress, Style};
+use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::Format;
-use crate::render::{Rendered, Renderer};
+use crate::render::Rendered;
 use crate::report::Report;
-use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use crate::units;
 use std::time::Instant;
@@ -80,6 +81,7 @@ pub(super) fn run(
     args: &RenderArgs,
     format: Format,
     state: Option<StateFile>,
+    device: &mut Device,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
@@ -88,14 +90,13 @@ pub(super) fn run(
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     delivery::files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, format, &mut settings, started)?;
     delivery::fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let label = match request.target {
         Target::Settings => "rendering".to_owned(),
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),

@@ -7,9 +7,9 @@ use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
 use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::lab::calibrate::{CalibrateError, Calibration, Plan, SceneFile, Store, Trials, choose};
 use crate::render::{Observer, Renderer};
-use crate::scene::Scene;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ const FOLDER: &str = "scenes";
 
 /// Measures how often the promises are kept.
 pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
-    let plan = plan(args)?;
+    let plan = plan(args, console)?;
     if let Some(folder) = &args.keep {
         keep(&plan, folder)?;
         if args.output.is_none() {
@@ -73,7 +73,7 @@ fn list<T: Clone>(args: &CalibrateArgs, promise: Promise, given: &[T], default: 
     }
 }
 
-fn plan(args: &CalibrateArgs) -> Result<Plan, Failure> {
+fn plan(args: &CalibrateArgs, console: &mut Console) -> Result<Plan, Failure> {
     let families = choose(&args.families).map_err(|why| Failure::Usage(format!("--families: {why}")))?;
     let times: &[f64] = if args.only.contains(&Promise::Time) { &[0.5] } else { &[] };
     let trials = Trials {
@@ -87,11 +87,11 @@ fn plan(args: &CalibrateArgs) -> Result<Plan, Failure> {
         confidence: args.confidence,
         truth_rays: args.truth_rays,
     };
-    Ok(Plan { files: files(args)?, families, scenes: args.draws, trials })
+    Ok(Plan { files: files(args, console)?, families, scenes: args.draws, trials })
 }
 
 /// The scenes named; all of the folder if nothing is asked for.
-fn files(args: &CalibrateArgs) -> Result<Vec<SceneFile>, Failure> {
+fn files(args: &CalibrateArgs, console: &mut Console) -> Result<Vec<SceneFile>, Failure> {
     let mut paths = args.scenes.clone();
     if paths.is_empty() && args.families.is_empty() {
         let entries = std::fs::read_dir(FOLDER).into_iter().flatten().flatten();
@@ -108,7 +108,7 @@ fn files(args: &CalibrateArgs) -> Result<Vec<SceneFile>, Failure> {
             let why = format!("two scenes are called `{name}`: tables could not tell them apart");
             return Err(Failure::Usage(why));
         }
-        files.push(SceneFile { name, scene: Scene::load(path)? });
+        files.push(SceneFile { name, scene: read::scene(path, &args.read, None, console)? });
     }
     Ok(files)
 }

@@ -7,6 +7,7 @@ use crate::cli::delivery::{write_json, write_page};
 use crate::cli::failure::Failure;
 use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::profile::{self, Profile};
 use crate::lab::render_page::RenderPage;
@@ -29,7 +30,7 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
     }
     files(args).check()?;
     let begin = Instant::now();
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.size, console)?;
     files(args).reads_scene(&scene).check()?;
     let mut phases = vec![Phase::since("parse scene", begin)];
     let settings = settings(args, &scene);

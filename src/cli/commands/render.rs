@@ -1,13 +1,14 @@
 //! `whitted render`.
 
-use super::bounded_image;
 use super::plan;
 use super::reference::{Reference, compared};
+use super::{bounded_image, frames};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{Deliver, Delivered, files, fits_host, remove_unfinished, settings, validated};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
@@ -15,30 +16,62 @@ use crate::render::Renderer;
 use crate::report::Report;
 use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
-use crate::scene::Scene;
 use std::io::{self, IsTerminal};
 use std::time::Instant;
 
-/// Renders one image.
+/// Renders one image, or one for each frame.
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
+    match args.frames.list().as_slice() {
+        [] if args.frames.skip_existing => {
+            Err(Failure::Usage("--skip-existing needs --frames, or --frame".into()))
+        }
+        [] => picture(args, &mut Device::default(), started, console),
+        list => frames::run(args, list, started, console),
+    }
+}
+
+/// The device, opened when the first picture needs it.
+#[derive(Default)]
+pub(super) struct Device(Option<Renderer>);
+
+impl Device {
+    /// The renderer; from now on Ctrl-C asks it to stop.
+    pub(super) fn open(&mut self, args: &RenderArgs) -> Result<&mut Renderer, Failure> {
+        let renderer = match self.0.take() {
+            Some(renderer) => renderer,
+            None => {
+                progress::catch_interrupts()?;
+                Renderer::open(&args.device.choice(), args.validate)?
+            }
+        };
+        Ok(self.0.insert(renderer))
+    }
+}
+
+/// Renders one image.
+pub(super) fn picture(
+    args: &RenderArgs,
+    device: &mut Device,
+    started: Instant,
+    console: &mut Console,
+) -> Result<(), Failure> {
     let state = state_file(args);
     let format = check(args, state.as_ref())?;
     if bounded_image::is_wanted(args) {
-        return bounded_image::run(args, format, state, started, console);
+        return bounded_image::run(args, format, state, device, started, console);
     }
     let earlier = match &state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
     fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
@@ -65,7 +98,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     if let Some(outline) = outline.filter(|_| done == 1.0) {
         let mut say = |what: &str| console.say(&format!("receipt: measuring {what}"));
         let receipt = measure(
-            &mut renderer,
+            renderer,
             &scene,
             &mut prepared,
             outline,
@@ -137,9 +170,11 @@ fn check(args: &RenderArgs, state: Option<&StateFile>) -> Result<Format, Failure
     bounded_image::check(args)?;
     files(args, state).check()?;
     match (args.bits.as_deref(), format) {
-        (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
-        (Some(_), Format::Exr | Format::Hdr) => Err(Failure::Usage("--bits applies to PNG only".into())),
-        _ => Ok(format),
+        (None, format) => Ok(format),
+        (Some(bits), format) => {
+            let bits = if bits == "16" { Bits::Sixteen } else { Bits::Eight };
+            format.with_bits(bits).ok_or_else(|| Failure::Usage("--bits applies to PNG and PPM only".into()))
+        }
     }
 }
 

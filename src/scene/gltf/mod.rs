@@ -76,7 +76,7 @@ pub(super) fn read(
     let punctual = Punctual { file, root: &root, place: wanted.place, bounds };
     let lights = punctual.lights(&visits, reading)?;
     let cameras = punctual.cameras(&visits, reading)?;
-    Ok(Model { meshes, spheres: Vec::new(), lights, cameras })
+    Ok(Model { meshes, lights, cameras, ..Model::default() })
 }
 
 /// What messages call the mesh of a node.
