@@ -60,7 +60,8 @@ impl Lane {
                 command
             }
             Place::In(root) => {
-                let there = ["usr/share/vulkan/icd.d/lvp_icd.json", "usr/share/vulkan/icd.d/lvp_icd.x86_64.json"];
+                let there =
+                    ["usr/share/vulkan/icd.d/lvp_icd.json", "usr/share/vulkan/icd.d/lvp_icd.x86_64.json"];
                 let manifest = there.iter().find(|file| root.join(file).exists());
                 let manifest = manifest.unwrap_or_else(|| panic!("no lavapipe in {}", root.display()));
                 let inside = whitted(&[&Path::new("/").join(manifest)], Path::new("/whitted/files/cache"));
@@ -164,7 +165,11 @@ fn the_same_bits(lane: &Lane, widths: &[&str]) {
 
 fn no_message_of_the_validation_layer(lane: &Lane) {
     for scene in scenes() {
-        lane.render(&scene, &["--size", "20x15", "--samples", "2", "--validate", "--tile-pixels", "120"], &[]);
+        lane.render(
+            &scene,
+            &["--size", "20x15", "--samples", "2", "--validate", "--tile-pixels", "120"],
+            &[],
+        );
     }
 }
 
@@ -204,7 +209,7 @@ macro_rules! lane {
     };
 }
 
-lane!(lavapipe, Place::Here(drivers::lavapipe()), ["128", "512"]);
+lane!(lavapipe, Place::Here(lavapipe()), ["128", "512"]);
 lane!(swift_shader, Place::Here(swift_shader()), [""; 0]);
 lane!(mesa_25, Place::In(debian_13()), ["128", "512"]);
 
