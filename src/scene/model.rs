@@ -5,16 +5,6 @@ use super::library::Library;
 use super::notes::Reading;
 use super::{Camera, Light, Mesh, Sphere, Transform, nff, obj};
 use glam::DVec3;
-use std::path::Path;
-
-/// Endings of the names of files that [`read`] reads.
-const EXTENSIONS: [&str; 2] = ["obj", "nff"];
-
-/// True if the name of the file says that it holds shapes rather than a scene.
-pub fn is_model(file: impl AsRef<Path>) -> bool {
-    let extension = file.as_ref().extension().unwrap_or_default();
-    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
-}
 
 /// What a file of shapes holds, already in the scene's space.
 #[derive(Debug, Default)]
