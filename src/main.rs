@@ -6,21 +6,29 @@ use std::process::ExitCode;
 use std::time::Instant;
 use whitted::cli::args::Cli;
 use whitted::cli::commands;
-use whitted::cli::failure::Failure;
+use whitted::cli::failure::Code;
+use whitted::vk;
 
 fn main() -> ExitCode {
     let started = Instant::now();
-    match commands::run(&Cli::parse(), started) {
-        Ok(()) => ExitCode::SUCCESS,
+    vk::environment::prepare();
+    let code = match commands::run(&Cli::parse(), started) {
+        Ok(()) => Code::Done,
         Err(failure) => {
+            // Whatever fails after a driver was left fails for the interrupt.
+            let code = if vk::is_abandoned() { Code::Interrupted } else { failure.code() };
             // A closed standard error leaves the exit code to tell.
-            let _ = match &failure {
-                Failure::Interrupted(_) | Failure::AboveThreshold(_) => {
-                    writeln!(io::stderr(), "{}", failure.message())
-                }
+            let _ = match code {
+                Code::Interrupted | Code::AboveThreshold => writeln!(io::stderr(), "{}", failure.message()),
                 _ => writeln!(io::stderr(), "error: {}", failure.message()),
             };
-            ExitCode::from(failure.exit_code())
+            code
         }
+    };
+    if vk::is_abandoned() {
+        // A closed standard output leaves the exit code to tell.
+        let _ = io::stdout().flush();
+        vk::end(code as u8);
     }
+    ExitCode::from(code as u8)
 }

@@ -10,6 +10,13 @@ use whitted::settings::{DeviceChoice, Origin, Precision};
 const GUARDS: &[(&str, &[Defect])] = &[
     ("scale", &[WorldFrame]),
     ("offset", &[WorldFrame]),
+    ("far-body", &[OneFrame]),
+    ("wide-ground", &[OneFrame, Uncut]),
+    ("ball-as-ground", &[OneFrame]),
+    ("far-light", &[OneFrame, Uncut]),
+    ("long-lens", &[OneFrame]),
+    ("two-scales-in-mirrors", &[OneFrame, Uncut]),
+    ("two-scales-in-glass", &[OneFrame, Uncut]),
     ("watertight", &[MoellerTrumbore]),
     ("far-watertight", &[MoellerTrumbore]),
     ("seams", &[MoellerTrumbore]),

@@ -116,7 +116,7 @@ impl Failure {
             Failure::AboveThreshold(_) => Code::AboveThreshold,
             Failure::Unmet(_) => Code::Unmet,
             Failure::Unsound(_) => Code::Unsound,
-            Failure::Interrupted(_) => Code::Interrupted,
+            Failure::Interrupted(_) | Failure::Render(RenderError::Interrupted(_)) => Code::Interrupted,
             Failure::Frames { code, .. } => *code,
             Failure::Render(
                 RenderError::OutOfMemory(_)
@@ -155,6 +155,7 @@ mod tests {
             (Failure::Usage(text.clone()), 2),
             (Scene::load("none.toml").unwrap_err().into(), 3),
             (render(VkError::NoDevice(text.clone())), 4),
+            (render(VkError::Interrupted { at: text.clone() }), 130),
             (RenderError::NoDouble { device: text.clone() }.into(), 4),
             (render(VkError::Lost { pass: text.clone() }), 5),
             (Failure::AboveThreshold(text.clone()), 6),

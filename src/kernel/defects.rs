@@ -253,6 +253,12 @@ defects! {
     /// Kernels see the user's coordinates. Of the host.
     WorldFrame {}
 
+    /// The frame is around everything, whatever the eye sees first, and nothing is cut. Of the host.
+    OneFrame {}
+
+    /// Large flat shapes that pass near the eye are not cut. Of the host.
+    Uncut {}
+
     /// Triangles without area are kept. Of the host.
     KeepDegenerate {}
 

@@ -90,13 +90,13 @@ impl Plan {
         [Choice { fused, joined }, Choice { fused: false, joined }, Choice::default()]
     }
 
-    /// True if one kernel may do the stages of a depth that work on a ray alone. A software device stores and loads
-    /// the queues between kernels lane by lane, which is slow; but it compiles one large kernel on one core. A GPU
-    /// keeps split kernels (docs/design/gpu.md).
+    /// True if one kernel may do the stages of a depth that work on a ray alone. lavapipe stores and loads
+    /// the queues between kernels lane by lane, which is slow; but it compiles one large kernel on one core. Others
+    /// keep split kernels (docs/design/gpu.md).
     fn may_fuse(&self, input: Input<'_>) -> bool {
         let Input { settings, limits, survey, .. } = input;
         let many = samples(settings, survey) >= FUSED_SAMPLES;
-        limits.is_cpu
+        limits.driver.joins_lanes()
             && binds_all(limits)
             && self.specialisation.light_count <= LIGHTS_PER_PASS
             && settings.schedule.fused.unwrap_or(many)
@@ -106,7 +106,7 @@ impl Plan {
     /// Halves the batch until every queue fits a binding and all of them the heap. Gives the samples of the batch
     /// and the first choice that has kernels, and sizes the plan for them; `None` if one sample does not fit.
     fn fit_batch(&mut self, input: Input<'_>, choices: [Choice; 3]) -> Option<(u32, Choice)> {
-        let wanted = if input.limits.is_cpu { CPU_BATCH } else { GPU_BATCH };
+        let wanted = if input.limits.driver.is_cpu() { CPU_BATCH } else { GPU_BATCH };
         let all = pixels(input.settings).saturating_mul(input.settings.samples.into());
         let mut batch = u64::from(wanted).min(all).max(1) as u32;
         loop {

@@ -26,6 +26,27 @@ pub enum PlanError {
         /// Primitives of this scene's kind that would fit, estimated.
         fit: u64,
     },
+    /// The image takes more than the host has.
+    #[error(
+        "an image of {}x{} pixels needs {} of the host's memory beside the scene, and {} are free; {}x{} pixels would \
+         fit, and so would parts of it with --crop",
+        size[0],
+        size[1],
+        units::bytes(*bytes),
+        units::bytes(*free),
+        fit[0],
+        fit[1]
+    )]
+    ImageTooLarge {
+        /// Width and height, pixels.
+        size: [u32; 2],
+        /// Bytes needed.
+        bytes: u64,
+        /// Bytes that this process can still have.
+        free: u64,
+        /// Width and height of the same shape that would fit.
+        fit: [u32; 2],
+    },
     /// A queue for one sample at a time takes more than the device has.
     #[error("even a single ray at a time needs {shortage}; reduce --depth")]
     RayTooLarge {

@@ -4,9 +4,11 @@
 mod brute_force;
 mod build;
 pub mod dispatches;
+mod driver;
 mod error;
 pub mod explain;
 mod fit;
+pub mod host_memory;
 mod limits;
 pub mod memory_traffic;
 pub mod passes;
@@ -16,6 +18,7 @@ mod sizes;
 pub mod tiles;
 
 pub use brute_force::{BRUTE_FORCE_MAX, brute_force_max, pack_for};
+pub use driver::Driver;
 pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
 pub use limits::{Limits, Switched, TEXEL_BYTES};

@@ -172,6 +172,7 @@ impl Batches {
         let mut cut = Tally::default();
         while let Some(tile) = work.pop() {
             match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
+                End::Done(0, _) => break,
                 End::Done(samples, tally) => {
                     let (film, _) = self.film(tile.pixels())?;
                     let sums = self.plan.specialisation.film_sums() as usize;
@@ -271,7 +272,11 @@ impl Batches {
             let counts = self.buffers.bytes(Buf::DepthCounts);
             self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
             self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
-            let timed = self.recorder.submit(&self.buffers)?;
+            let timed = match self.recorder.submit(&self.buffers) {
+                // Nothing of this part can be read any more.
+                Err(VkError::Interrupted { .. }) => return Ok(End::Done(0, tally)),
+                timed => timed?,
+            };
             self.note(u64::from(first - begin) * pixels, pixels, &timed);
             if self.read_counts(&mut tally) {
                 return Ok(End::Overflow);

@@ -74,6 +74,7 @@ impl Prepared {
             batches.warm_up()?;
         }
         trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
+        warnings.extend(renderer.device.notes().iter().cloned());
         warnings.extend(coincident_solids::warnings(scene));
         Ok(Prepared {
             batches,

@@ -29,6 +29,11 @@ impl Library {
         Ok(())
     }
 
+    /// The MTL files read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.keys().map(PathBuf::as_path)
+    }
+
     /// Index of material `name` in the first of `files` that has it.
     pub fn find(&mut self, files: &[PathBuf], name: &str) -> Option<usize> {
         let (file, material) =

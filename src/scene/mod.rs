@@ -4,19 +4,26 @@
 
 pub mod bounds;
 mod error;
+mod gltf;
 mod import;
 mod library;
 mod material;
+mod mean_color;
+mod mesh_builder;
 mod model;
+mod model_file;
 mod mtl;
 mod nff;
 mod notes;
 mod obj;
 mod parse;
+mod plain_words;
+mod ply;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
 mod read_options;
+mod stl;
 mod table;
 mod transform;
 mod tokens;
@@ -36,7 +43,7 @@ use crate::scene::bounds::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A whole scene. Indices into `materials` are always in range.
@@ -64,9 +71,10 @@ pub struct Scene {
     pub notes: Notes,
 }
 
-/// How long it took to read a scene. No property of the scene: two readings of one file are equal, and print alike.
-#[derive(Clone, Copy, Default)]
-pub struct ReadTime(pub Duration);
+/// How long it took to read a scene, and from which files besides the scene text. No property of the scene: two
+/// readings of one file are equal, and print alike.
+#[derive(Clone, Default)]
+pub struct ReadTime(pub Duration, pub Vec<PathBuf>);
 
 impl PartialEq for ReadTime {
     fn eq(&self, _: &ReadTime) -> bool {
@@ -237,6 +245,12 @@ impl Mesh {
 }
 
 impl Scene {
+    /// The files that it was read from: the scene text, then those that it names. None of a scene built by hand.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let own = (!self.file.as_os_str().is_empty()).then_some(self.file.as_path());
+        own.into_iter().chain(self.read_time.1.iter().map(PathBuf::as_path))
+    }
+
     /// Number of triangles after the polygons are fanned.
     pub fn triangle_count(&self) -> usize {
         self.polygons.iter().map(|p| p.vertices.len() - 2).sum::<usize>()

@@ -10,9 +10,9 @@ use super::{
 };
 use super::{material, model, polygon, variables, viewing};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
@@ -54,7 +54,7 @@ impl Scene {
     pub fn load_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = load(path.as_ref(), options)?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
 
     /// Reads a scene text as if it were the file `path`, which need not exist: messages name it, and files that the
@@ -77,8 +77,14 @@ impl Scene {
     ) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = parse(text, path.as_ref(), options)?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
+}
+
+/// `scene`, whose reading began at `start`.
+fn timed(mut scene: Scene, start: Instant) -> Scene {
+    scene.read_time.0 = start.elapsed();
+    scene
 }
 
 impl FromStr for Scene {
@@ -133,7 +139,8 @@ fn parse_filled(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene,
 
     let materials = materials(&top)?;
     let reading = Reading { strict: options.strict, notes: Notes::default() };
-    let mut reader = Reader { own: materials.len(), library: Library::new(materials), reading };
+    let (own, library) = (materials.len(), Library::new(materials));
+    let mut reader = Reader { own, library, reading, files: Vec::new() };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(
             "`[camera]` is missing",
@@ -151,8 +158,10 @@ fn parse_filled(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene,
         meshes.extend(model.meshes);
         spheres.extend(model.spheres);
     }
-    let (materials, notes) = (reader.library.materials, reader.reading.notes);
-    let (file, read_time) = (path.to_owned(), ReadTime::default());
+    let Reader { library, reading, mut files, .. } = reader;
+    files.extend(library.files().map(Path::to_owned));
+    let (materials, notes) = (library.materials, reading.notes);
+    let (file, read_time) = (path.to_owned(), ReadTime(Duration::ZERO, files));
     Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes, notes })
 }
 
@@ -274,6 +283,8 @@ struct Reader {
     /// The first `own` materials are the scene text's; those of MTL files follow.
     own: usize,
     reading: Reading,
+    /// Files of meshes.
+    files: Vec<PathBuf>,
 }
 
 impl Reader {
@@ -328,7 +339,7 @@ impl Reader {
     }
 
     fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {
-        table.only(&["file", "material", "scale", "rotate", "translate"])?;
+        table.only(&["file", "material", "node", "scale", "rotate", "translate"])?;
         let name = table.need("file", "\"cube.obj\"")?.text("\"cube.obj\"")?.to_owned();
         table.object = format!("mesh `{name}`");
         let file = table.need("file", "\"cube.obj\"")?;
@@ -346,9 +357,11 @@ impl Reader {
             let error = file.error(message, "correct the path; it starts at the scene file's folder");
             SceneError { cause: Some(e), ..error }
         })?;
+        self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
         let place = Transform::new(scale, rotate, translate);
-        let wanted = Wanted { object: &table.object, material: whole, place, node: None };
+        let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
+        let wanted = Wanted { object: &table.object, material: whole, place, node };
         model::read(source, wanted, &mut self.library, &mut self.reading)
     }
 }

@@ -11,6 +11,7 @@ use super::{Camera, Light, Mesh, ReadOptions, ReadTime, RenderDefaults, Scene, S
 use super::{bounds::Bounds, model};
 use glam::DVec3;
 use std::path::Path;
+use std::time::Duration;
 
 /// Endings of the names of files that hold shapes.
 const EXTENSIONS: [&str; 7] = ["glb", "gltf", "nff", "obj", "ply", "stl", "vrm"];
@@ -101,7 +102,7 @@ pub(super) fn around(path: &Path, text: &[u8], options: &ReadOptions) -> Result<
     let background = model.background.unwrap_or(BACKGROUND);
     Ok(Scene {
         file: path.to_owned(),
-        read_time: ReadTime::default(),
+        read_time: ReadTime(Duration::ZERO, library.files().map(Path::to_owned).collect()),
         camera,
         render: RenderDefaults { samples: SAMPLES, depth: DEPTH, background },
         lights,

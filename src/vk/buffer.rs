@@ -3,6 +3,7 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
+use super::watch::is_abandoned;
 use crate::kernel::abi::BUFFERS;
 use crate::kernel::table::KERNELS;
 use crate::plan::TEXEL_BYTES;
@@ -175,6 +176,9 @@ fn release(device: &Device, slot: &mut Slot) {
 
 impl Drop for Buffers {
     fn drop(&mut self) {
+        if is_abandoned() {
+            return;
+        }
         for slot in self.slots.iter_mut().chain([&mut self.staging, &mut self.marker]) {
             release(&self.device, slot);
         }

@@ -105,11 +105,11 @@ pub struct PictureArgs {
     pub size: Option<Size>,
 
     /// Samples per pixel [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = values::positive())]
+    #[arg(long, value_name = "N", value_parser = values::samples())]
     pub samples: Option<u32>,
 
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
-    #[arg(long, value_name = "D", value_parser = values::positive())]
+    #[arg(long, value_name = "D", value_parser = values::depth())]
     pub depth: Option<u32>,
 
     /// Do not trace rays that carry less than this share of their light to the pixel, in [0, 1)
@@ -124,12 +124,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
 
-    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(
-        long,
-        value_name = "WHICH",
-        help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]"
-    )]
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it [default: auto]
+    #[arg(long, value_name = "WHICH")]
     pub precision: Option<Precision>,
 
     /// Origin of secondary rays: `bound` (moved off the surface by an error bound) or `fixed:X` (moved X metres along the ray, for measurements)

@@ -1,7 +1,7 @@
 //! Values of options, checked as they are read.
 
 use crate::image::Format;
-use crate::scene::is_name;
+use crate::scene::{MAX_DEPTH, MAX_SAMPLES, is_name};
 use crate::settings::DeviceChoice;
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use std::convert::Infallible;
@@ -99,6 +99,16 @@ pub(super) fn html() -> impl TypedValueParser<Value = PathBuf> {
 /// A parser of whole numbers from 1.
 pub(super) fn positive() -> RangedU64ValueParser<u32> {
     RangedU64ValueParser::new().range(1..)
+}
+
+/// A parser of samples per pixel, as in a scene text.
+pub(super) fn samples() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..=u64::from(MAX_SAMPLES))
+}
+
+/// A parser of depths, as in a scene text.
+pub(super) fn depth() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..=u64::from(MAX_DEPTH))
 }
 
 /// A parser of whole numbers from 2.

@@ -3,8 +3,8 @@
 use crate::atomic_file;
 use crate::cli::args::{ImportArgs, ReadArgs};
 use crate::cli::console::{self, Console};
-use crate::cli::delivery::writable;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::read;
 use crate::scene::{import, is_model};
 use anyhow::{Context, anyhow};
@@ -20,14 +20,14 @@ pub fn run(args: &ImportArgs, console: &mut Console) -> Result<(), Failure> {
         )));
     }
     let to_file = output.as_os_str() != "-";
-    if to_file {
-        writable(output)?;
-        if is_model(output) {
-            return Err(Failure::Usage("the output is a scene: write -o NAME.toml".into()));
-        }
+    if to_file && is_model(output) {
+        return Err(Failure::Usage("the output is a scene: write -o NAME.toml".into()));
     }
+    let files = || Files::new().reads("MODEL", model).writes("-o", Some(output));
+    files().check()?;
     let reading = ReadArgs { strict: args.strict, ..ReadArgs::default() };
     let scene = read::scene(model, &reading, args.size, console)?;
+    files().reads_scene(&scene).check()?;
     // Files that a scene names are looked for from its folder.
     let folder = if to_file { output.parent().unwrap_or(Path::new("")) } else { Path::new("") };
     let file = relative(model, folder).with_context(|| format!("cannot find {}", model.display()))?;

@@ -5,8 +5,9 @@ mod shapes;
 
 use crate::cli::args::InfoArgs;
 use crate::cli::console::{self, Console};
-use crate::cli::delivery::{writable, write_json};
+use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::read;
 use crate::image::is_picture;
 use crate::scene::is_model;
@@ -28,11 +29,13 @@ enum About {
 /// Tells what is in a file.
 pub fn run(args: &InfoArgs, console: &mut Console) -> Result<(), Failure> {
     let json_file = args.json.as_ref().filter(|path| path.as_os_str() != "-");
-    json_file.map_or(Ok(()), |path| writable(path))?;
     let file = &args.file;
+    let files = || Files::new().reads("FILE", file).writes("--json", args.json.as_deref());
+    files().check()?;
     let about = if is_model(file) || file.as_os_str() == "-" || !is_picture(file) {
         // The notes are part of the table.
         let scene = read::silently(file, &args.read)?;
+        files().reads_scene(&scene).check()?;
         let about = SceneFile::of(file, &scene);
         if is_model(file) { About::Model(about) } else { About::Scene(about) }
     } else {

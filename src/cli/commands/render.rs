@@ -5,14 +5,14 @@ use super::reference::{Reference, compared};
 use super::{bounded_image, frames};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
-use crate::cli::delivery::{Deliver, settings, validated, writable};
+use crate::cli::delivery::{Deliver, Delivered, files, fits_host, remove_unfinished, settings, validated};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
-use crate::render::{Renderer, ResumeState, Tiles};
+use crate::render::Renderer;
 use crate::report::Report;
 use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
@@ -55,8 +55,8 @@ pub(super) fn picture(
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
-    let format = check(args)?;
     let state = state_file(args);
+    let format = check(args, state.as_ref())?;
     if bounded_image::is_wanted(args) {
         return bounded_image::run(args, format, state, device, started, console);
     }
@@ -66,8 +66,10 @@ pub(super) fn picture(
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
+    files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
+    fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
     let renderer = device.open(args)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
@@ -113,9 +115,14 @@ pub(super) fn picture(
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
-    let report = Deliver { args, format, layers: &[], before }.deliver(rendered, started, console)?;
+    let keep = |report: &Report| match (&state, unfinished) {
+        (Some(file), Some(unfinished)) => file.save(unfinished, report).map(Some),
+        _ => Ok(None),
+    };
+    let deliver = Deliver { args, format, layers: &[], before, complete: done == 1.0 };
+    let Delivered { report, kept } = deliver.deliver(rendered, started, keep, console)?;
     if done < 1.0 {
-        return Err(interrupted(&report, done, unfinished, state)?);
+        return Err(interrupted(&report, done, kept));
     }
     if let Some(receipt) = &report.receipt {
         console.say(&receipt::text(receipt));
@@ -127,7 +134,7 @@ pub(super) fn picture(
         )));
     }
     if let Some(state) = state.filter(|_| args.resume) {
-        state.remove()?;
+        remove_unfinished(args, &state)?;
     }
     validated(&renderer.validation_messages(), console)?;
     match report.counters.lost() {
@@ -140,12 +147,12 @@ pub(super) fn picture(
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
-        Output::File(path, _) => Some(StateFile::of(path)),
+        Output::File(path, _) => Some(StateFile::of(path, args.resume)),
     }
 }
 
 /// Checks, before the work starts, the image's format and that the files can be written.
-fn check(args: &RenderArgs) -> Result<Format, Failure> {
+fn check(args: &RenderArgs, state: Option<&StateFile>) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
             return Err(Failure::Usage(
@@ -158,24 +165,10 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
             ));
         }
         Output::Stdout => Format::Png(Bits::Eight),
-        Output::File(path, format) => {
-            writable(path)?;
-            *format
-        }
+        Output::File(_, format) => *format,
     };
     bounded_image::check(args)?;
-    if let Some(path) = &args.report {
-        writable(path)?;
-        if matches!(&args.output, Output::File(image, _) if image == path) {
-            return Err(Failure::Usage("--report and --output name the same file".into()));
-        }
-    }
-    if let Some(path) = &args.page {
-        writable(path)?;
-        if args.report.as_ref() == Some(path) {
-            return Err(Failure::Usage("--report and --page name the same file".into()));
-        }
-    }
+    files(args, state).check()?;
     match (args.bits.as_deref(), format) {
         (None, format) => Ok(format),
         (Some(bits), format) => {
@@ -185,22 +178,14 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     }
 }
 
-/// Stores finished tiles for `--resume` and describes the progress.
-fn interrupted(
-    report: &Report,
-    done: f64,
-    unfinished: Option<ResumeState<Tiles>>,
-    state: Option<StateFile>,
-) -> Result<Failure, Failure> {
-    let then = match (state, unfinished) {
-        (Some(file), Some(unfinished)) => file.save(unfinished, report)?,
-        _ => "it cannot be resumed, since no tile is finished".into(),
-    };
-    Ok(Failure::Interrupted(format!(
+/// Describes the progress of an interrupted render; `kept` says how it can be continued.
+fn interrupted(report: &Report, done: f64, kept: Option<String>) -> Failure {
+    let then = kept.unwrap_or("it cannot be resumed, since no tile is finished".into());
+    Failure::Interrupted(format!(
         "interrupted: {:.1} % of the work is done, the image so far is in {}; {then}",
         100.0 * done,
         report.image.file
-    )))
+    ))
 }
 
 #[cfg(test)]

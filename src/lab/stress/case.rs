@@ -110,6 +110,8 @@ pub struct Harness<'t> {
 impl<'t> Harness<'t> {
     /// Runs cases on `tracer`.
     pub fn new(tracer: &'t mut dyn Tracer, precision: Precision) -> Harness<'t> {
+        // Cases prove something of one arithmetic, and not of the choice between two.
+        let precision = if precision == Precision::Auto { Precision::Robust } else { precision };
         Harness { tracer, precision, origin: Origin::Bound }
     }
 

@@ -22,6 +22,7 @@ mod spheres;
 mod thin;
 mod tracer;
 mod triangles;
+mod two_scales;
 
 pub use crate::scene::procedural::shapes::moved;
 pub use case::{Case, Figure, Harness};
@@ -31,6 +32,7 @@ pub use tracer::{Picture, Tracer, Twins};
 pub fn cases() -> Vec<Case> {
     [
         local_frame::CASES,
+        two_scales::CASES,
         triangles::CASES,
         spheres::CASES,
         contact::CASES,
