@@ -60,7 +60,8 @@ pub(crate) fn fits_host(args: &RenderArgs, settings: &Settings, format: Format) 
     let file = match format {
         Format::Png(Bits::Eight) | Format::Ppm(Bits::Eight) => 3 + 6,
         Format::Png(Bits::Sixteen) | Format::Ppm(Bits::Sixteen) => 6 + 12,
-        Format::Hdr | Format::Pfm => 12 + 8,
+        Format::Pfm => 12 + 24,
+        Format::Hdr => 12 + 8,
         Format::Exr => LARGEST_FILE,
     };
     // A layer is an f64, and a channel of an EXR or a coloured picture; a page holds a PNG as text; a reference is read

@@ -23,12 +23,6 @@ pub(super) fn is_ppm(bytes: &[u8]) -> bool {
     matches!(bytes, [b'P', b'2' | b'3' | b'5' | b'6', b, ..] if b.is_ascii_whitespace() || *b == b'#')
 }
 
-/// Width and height; PFM has them at the same place.
-pub(super) fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
-    let mut words = Words { bytes, at: 2 };
-    Ok([words.number()?, words.number()?])
-}
-
 /// Width, height, linear pixels, and the encoding in plain words.
 pub(super) fn decode(bytes: &[u8]) -> Result<(u32, u32, Vec<[f32; 3]>, &'static str), String> {
     let mut words = Words { bytes, at: 2 };

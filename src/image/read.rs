@@ -4,7 +4,7 @@ use super::{linear8, linear16, pfm, ppm};
 use crate::host_memory;
 use crate::units;
 use ::exr::meta::MetaData;
-use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use ::image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
@@ -105,22 +105,25 @@ pub enum ReadError {
     },
 }
 
-/// True if the file begins like a picture that can be read.
-pub fn is_picture(path: &Path) -> bool {
-    let mut start = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut start));
-    read.is_ok() && (ppm::is_ppm(&start) || pfm::is_pfm(&start) || ::image::guess_format(&start).is_ok())
-}
-
 /// Most pixels that a byte of a file can stand for: eight to a byte, and DEFLATE, which PNG and EXR have, makes at most
 /// 1032 bytes of one; the other compressions of EXR end before that.
 const EXPANSION: u64 = 8 * 1032;
 /// Bytes of a pixel as this program holds it.
 const OWN: u64 = 12;
 
+/// True if the file begins like a picture that can be read.
+pub fn is_picture(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
+    read.is_ok() && (ppm::is_ppm(&start) || pfm::is_pfm(&start) || ::image::guess_format(&start).is_ok())
+}
+
 fn read(path: &Path) -> Result<Picture, ReadError> {
     let open = |source| ReadError::Open { path: path.to_owned(), source };
-    let decode = |source: ImageError| ReadError::Decode { path: path.to_owned(), source: source.into() };
+    let decode = |source: Box<dyn std::error::Error + Send + Sync>| ReadError::Decode {
+        path: path.to_owned(),
+        source,
+    };
     let mut file = File::open(path).map_err(open)?;
     let about = file.metadata().map_err(open)?;
     if about.is_dir() {
@@ -129,14 +132,21 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     let room = Room { path, file: about.is_file().then_some(about.len()), free: host_memory::free() };
     let mut start = Vec::new();
     if room.file.is_some() {
-        file.by_ref().take(4).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(open)?;
-    }
-    if start == EXR {
-        check_exr(&room, &mut file)?;
-        file.rewind().map_err(open)?;
+        file.by_ref().take(START).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(open)?;
     }
     if ppm::is_ppm(&start) || pfm::is_pfm(&start) {
-        return plain(&room, file);
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(open)?;
+        let (width, height, linear, encoding) = match ppm::is_ppm(&bytes) {
+            true => ppm::decode(&bytes),
+            false => pfm::decode(&bytes).map(|(width, height, linear)| (width, height, linear, "linear")),
+        }
+        .map_err(|why| decode(why.into()))?;
+        return Ok(Picture { width, height, linear, encoding });
+    }
+    if start.starts_with(&EXR) {
+        check_exr(&room, &mut file)?;
+        file.rewind().map_err(open)?;
     }
     let mut reader = ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(open)?;
     let format = reader.format();
@@ -144,7 +154,7 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     // Of what decoders hold besides the pixels, which are checked below.
     limits.max_alloc = Some(room.free.unwrap_or(u64::MAX));
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(decode)?;
+    let decoder = reader.into_decoder().map_err(|e| decode(e.into()))?;
     let (width, height) = decoder.dimensions();
     let pixels = u64::from(width) * u64::from(height);
     if format == Some(ImageFormat::Hdr) {
@@ -157,36 +167,11 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     if pixels == 0 {
         return Err(room.wrong([width, height]));
     }
-    picture(path, &DynamicImage::from_decoder(decoder).map_err(decode)?)
+    picture(path, &DynamicImage::from_decoder(decoder).map_err(|e| decode(e.into()))?)
 }
 
-/// A PPM or PFM.
-fn plain(room: &Room<'_>, mut file: File) -> Result<Picture, ReadError> {
-    let wrong = |source: Box<dyn std::error::Error + Send + Sync>| ReadError::Decode {
-        path: room.path.to_owned(),
-        source,
-    };
-    let mut start = Vec::new();
-    let header = file.by_ref().take(HEADER).read_to_end(&mut start).and_then(|_| file.rewind());
-    header.map_err(|source| ReadError::Open { path: room.path.to_owned(), source })?;
-    let size = ppm::size(&start).map_err(|why| wrong(why.into()))?;
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    // A pixel takes a byte at least, or a bit, which is not read.
-    room.holds(size, pixels)?;
-    room.fits(size, room.file.unwrap_or(0).saturating_add(pixels.saturating_mul(OWN + 12)))?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|source| ReadError::Open { path: room.path.to_owned(), source })?;
-    if pfm::is_pfm(&bytes) {
-        let (width, height, linear) = pfm::decode(&bytes).map_err(|why| wrong(why.into()))?;
-        return Ok(Picture { width, height, linear, encoding: "linear" });
-    }
-    let (width, height, linear, encoding) = ppm::decode(&bytes).map_err(|why| wrong(why.into()))?;
-    Ok(Picture { width, height, linear, encoding })
-}
-
-/// Bytes in which the size of a PPM stands, comments before it included.
-const HEADER: u64 = 1 << 16;
-
+/// Bytes that tell a format.
+const START: u64 = 16;
 /// First bytes of an OpenEXR file.
 const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// Bytes of the shortest run of a Radiance file.

@@ -32,12 +32,12 @@ mod viewing;
 
 pub use error::SceneError;
 pub use import::import;
+pub use model::is_model;
 pub use notes::{Note, Notes};
 pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE, utf8};
 pub use read_options::ReadOptions;
 pub use transform::{Transform, rotation};
 pub(crate) use variables::is_name;
-pub use viewing::is_model;
 
 use crate::scene::bounds::Bounds;
 use glam::DVec3;

@@ -6,6 +6,16 @@ use super::model_file::ModelFile;
 use super::notes::Reading;
 use super::{Camera, Light, Mesh, Sphere, Transform, gltf, nff, obj, ply, stl};
 use glam::DVec3;
+use std::path::Path;
+
+/// Endings of the names of files that [`read`] reads.
+const EXTENSIONS: [&str; 7] = ["obj", "gltf", "glb", "vrm", "ply", "stl", "nff"];
+
+/// True if the name of the file says that it holds shapes rather than a scene.
+pub fn is_model(file: impl AsRef<Path>) -> bool {
+    let extension = file.as_ref().extension().unwrap_or_default();
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
 
 /// What a file of shapes holds, already in the scene's space.
 #[derive(Debug, Default)]
@@ -59,9 +69,9 @@ fn format(source: Source) -> Format {
     } else {
         match extension.to_str() {
             Some("gltf" | "glb" | "vrm") => Format::Gltf,
-            Some("nff") => Format::Nff,
             Some("ply") => Format::Ply,
             Some("stl") => Format::Stl,
+            Some("nff") => Format::Nff,
             _ => Format::Obj,
         }
     }
@@ -76,17 +86,17 @@ pub(super) fn read(
 ) -> Result<Model, SceneError> {
     let file = ModelFile { source, object: wanted.object };
     let format = format(source);
-    if wanted.node.is_some() && matches!(format, Format::Nff | Format::Ply | Format::Stl) {
+    if wanted.node.is_some() && matches!(format, Format::Ply | Format::Stl | Format::Nff) {
         return Err(file.error(
-            "`node` picks a part by its name, but NFF, PLY and STL files have no named parts",
+            "`node` picks a part by its name, but PLY, STL and NFF files have no named parts",
             "remove `node`, or take a glTF file",
         ));
     }
     match format {
         Format::Gltf => gltf::read(file, wanted, library, reading),
-        Format::Nff => nff::read(source, wanted, library, reading),
         Format::Ply => ply::read(file, wanted, library, reading),
         Format::Stl => stl::read(file, wanted, library, reading),
+        Format::Nff => nff::read(source, wanted, library, reading),
         Format::Obj => {
             let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
             Ok(Model { meshes: vec![mesh], ..Model::default() })

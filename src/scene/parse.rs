@@ -97,7 +97,7 @@ impl FromStr for Scene {
 }
 
 fn load(path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
-    let is_model = viewing::is_model(path);
+    let is_model = model::is_model(path);
     let what = if is_model { "model" } else { "scene" };
     let bytes = std::fs::read(path).map_err(|e| unreadable(path, what, e))?;
     if is_model {

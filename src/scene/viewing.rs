@@ -13,9 +13,6 @@ use glam::DVec3;
 use std::path::Path;
 use std::time::Duration;
 
-/// Endings of the names of files that hold shapes.
-const EXTENSIONS: [&str; 7] = ["glb", "gltf", "nff", "obj", "ply", "stl", "vrm"];
-
 /// Vertical field of view of the fitted camera, degrees: that of a scene's camera.
 const FOV_DEGREES: f64 = 45.0;
 /// Where the fitted camera stands, seen from the model: turned from its front to the right, and raised; degrees.
@@ -50,12 +47,6 @@ const SAMPLES: u32 = 4;
 const DEPTH: u32 = 8;
 /// A grey between that of lit and of shadowed surfaces, so that both stand out.
 const BACKGROUND: DVec3 = DVec3::new(0.18, 0.2, 0.22);
-
-/// True if the name of the file says that it holds shapes rather than a scene.
-pub fn is_model(file: impl AsRef<Path>) -> bool {
-    let extension = file.as_ref().extension().unwrap_or_default();
-    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
-}
 
 /// Reads the model `path`, whose bytes are `text`, and puts a scene around it.
 pub(super) fn around(path: &Path, text: &[u8], options: &ReadOptions) -> Result<Scene, SceneError> {
@@ -100,9 +91,10 @@ pub(super) fn around(path: &Path, text: &[u8], options: &ReadOptions) -> Result<
     }
     note_missing(&model, own, up, path, &mut reading);
     let background = model.background.unwrap_or(BACKGROUND);
+    let files = library.files().map(Path::to_owned).collect();
     Ok(Scene {
         file: path.to_owned(),
-        read_time: ReadTime(Duration::ZERO, library.files().map(Path::to_owned).collect()),
+        read_time: ReadTime(Duration::ZERO, files),
         camera,
         render: RenderDefaults { samples: SAMPLES, depth: DEPTH, background },
         lights,

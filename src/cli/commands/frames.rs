@@ -82,7 +82,7 @@ fn check(args: &RenderArgs, frames: &[u32]) -> Result<(), Failure> {
 /// True if the image is there and whole.
 fn is_done(args: &RenderArgs) -> bool {
     let Output::File(path, _) = &args.output else { return false };
-    path.exists() && !StateFile::of(path, args.resume).exists()
+    path.exists() && !StateFile::of(path, true).exists()
 }
 
 /// True if no other frame can succeed either.

@@ -23,7 +23,7 @@ pub fn run(args: &ImportArgs, console: &mut Console) -> Result<(), Failure> {
     if to_file && is_model(output) {
         return Err(Failure::Usage("the output is a scene: write -o NAME.toml".into()));
     }
-    let files = || Files::new().reads("MODEL", model).writes("-o", Some(output));
+    let files = || Files::new().reads("the model", model).writes("-o", Some(output));
     files().check()?;
     let reading = ReadArgs { strict: args.strict, ..ReadArgs::default() };
     let scene = read::scene(model, &reading, args.size, console)?;

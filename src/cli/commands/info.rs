@@ -28,14 +28,12 @@ enum About {
 
 /// Tells what is in a file.
 pub fn run(args: &InfoArgs, console: &mut Console) -> Result<(), Failure> {
-    let json_file = args.json.as_ref().filter(|path| path.as_os_str() != "-");
     let file = &args.file;
-    let files = || Files::new().reads("FILE", file).writes("--json", args.json.as_deref());
-    files().check()?;
+    let json_file = args.json.as_ref().filter(|path| path.as_os_str() != "-");
+    Files::new().reads("FILE", file).writes("--json", args.json.as_deref()).check()?;
     let about = if is_model(file) || file.as_os_str() == "-" || !is_picture(file) {
         // The notes are part of the table.
         let scene = read::silently(file, &args.read)?;
-        files().reads_scene(&scene).check()?;
         let about = SceneFile::of(file, &scene);
         if is_model(file) { About::Model(about) } else { About::Scene(about) }
     } else {
