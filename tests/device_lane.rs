@@ -209,7 +209,7 @@ macro_rules! lane {
     };
 }
 
-lane!(lavapipe, Place::Here(drivers::lavapipe()), ["128", "512"]);
+lane!(lavapipe, Place::Here(lavapipe()), ["128", "512"]);
 lane!(swift_shader, Place::Here(swift_shader()), [""; 0]);
 lane!(mesa_25, Place::In(debian_13()), ["128", "512"]);
 

@@ -1,7 +1,7 @@
 //! Means of pictures: what stands for a texture that is not drawn.
 
 use glam::DVec3;
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageFormat, ImageReader};
 use std::io::Cursor;
 
 /// Means over all pixels of a picture, each channel in [0, 1].
@@ -20,6 +20,9 @@ pub(super) struct TextureMean {
 /// Decodes a PNG or JPEG file's bytes and takes its means. Errors say why it cannot be decoded.
 pub(super) fn of(bytes: &[u8]) -> Result<TextureMean, String> {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
+        return Err("neither PNG nor JPEG".to_owned());
+    }
     // The decoder's default limits refuse pictures of more than half a gigabyte before they are allocated.
     Ok(mean(reader.decode().map_err(|e| e.to_string())?))
 }
@@ -76,7 +79,7 @@ pub(super) fn srgb_to_linear(v: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::{ImageFormat, Rgba, RgbaImage};
+    use image::{Rgba, RgbaImage};
 
     #[test]
     fn a_pictures_means_are_linear_and_weighted_by_alpha() {

@@ -120,6 +120,14 @@ impl<'t> Harness<'t> {
         if self.precision == Precision::Double { 2f64.powi(-53) } else { 2f64.powi(-24) }
     }
 
+    /// Least radius of a sphere in the local frame for which the terms of its equation have the errors that the bounds
+    /// allow: f32 holds its square, and where denormals are flushed also the errors of products
+    /// (numerics.md, denormals: 2^-79).
+    pub fn least_radius(&self) -> f64 {
+        let flushed = self.precision != Precision::Double && self.tracer.flushes_denormals();
+        if flushed { 2f64.powi(-39) } else { 2f64.powi(-60) }
+    }
+
     /// The scene's own settings in the case's precision. Samples are independent: the bounds of
     /// statistical cases are those of a binomial.
     pub fn settings(&self, scene: &Scene) -> Settings {

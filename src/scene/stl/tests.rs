@@ -85,7 +85,7 @@ fn mistakes_have_a_line() {
     );
     assert_eq!(
         wrong("endloop\n  endfacet\nendsolid a facet of no name\n", ""),
-        (24, "the file ends inside a facet".to_owned())
+        (28, "the file ends inside a facet".to_owned())
     );
     let lost = read("m.stl", ascii().replacen("vertex 1e0", "vertex inf", 1).as_bytes()).unwrap();
     assert_eq!(lost.triangles().len(), 3);
