@@ -24,7 +24,10 @@ pub(super) fn is_ppm(bytes: &[u8]) -> bool {
 }
 
 /// Width, height, linear pixels, and the encoding in plain words.
-pub(super) fn decode(bytes: &[u8]) -> Result<(u32, u32, Vec<[f32; 3]>, &'static str), String> {
+type Decoded = (u32, u32, Vec<[f32; 3]>, &'static str);
+
+/// Decodes a whole file.
+pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
     let mut words = Words { bytes, at: 2 };
     let [width, height, max] = [words.number()?, words.number()?, words.number()?];
     let max =

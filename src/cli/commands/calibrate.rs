@@ -11,7 +11,7 @@ use crate::cli::read;
 use crate::lab::calibrate::{CalibrateError, Calibration, Plan, SceneFile, Store, Trials, choose};
 use crate::render::{Observer, Renderer};
 use anyhow::Context;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Where the scenes are if none is named.
 const FOLDER: &str = "scenes";
@@ -124,7 +124,7 @@ fn keep(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-fn put(path: &PathBuf, text: &str) -> Result<(), Failure> {
+fn put(path: &Path, text: &str) -> Result<(), Failure> {
     atomic_file::write(path, |out| out.write_all(text.as_bytes()))
         .with_context(|| format!("cannot write {}", path.display()))?;
     Ok(())
