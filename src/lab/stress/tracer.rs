@@ -32,9 +32,9 @@ pub trait Tracer {
     /// Forces brute force (`true`) or the hierarchy (`false`); `None` chooses by the number of
     /// primitives.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
-    /// The local frame of `scene` in the kernels.
+    /// The local frame of `scene` in the kernels, as probed: around everything.
     fn local_frame(&self, scene: &Scene) -> LocalFrame {
-        LocalFrame::of(scene)
+        LocalFrame::of_whole(scene)
     }
 }
 
