@@ -220,8 +220,9 @@ mod tests {
     /// Cut off, mantissas would be half a step low.
     #[test]
     fn hdr_is_right_on_average() {
-        let linear: Vec<[f32; 3]> =
-            (0..12_000).map(|i| [1.0, (i as f32 * 0.618).fract(), (i as f32 * 0.414).fract()]).collect();
+        let share = |x: f64| x.fract() as f32;
+        let pixel = |i: u32| [1.0, share(f64::from(i) * 0.618_033_99), share(f64::from(i) * 0.414_213_56)];
+        let linear: Vec<[f32; 3]> = (0..12_000).map(pixel).collect();
         let mut bytes = Vec::new();
         let view = View { width: 120, height: 100, linear: &linear };
         Format::Hdr.encode(view, &Metadata::default(), &mut bytes).unwrap();

@@ -275,7 +275,8 @@ pub fn probe_twins(
     if settings.precision == Precision::Double {
         return Err(RenderError::NoDouble { device: "a probe of the kernels' twins".into() });
     }
-    let p = Probe::new(Recipe::of(scene), scene, settings, rays.len(), brute_force, limits);
+    let p =
+        Probe::new(Recipe::of(scene).for_any_ray(scene), scene, settings, rays.len(), brute_force, limits);
     let (packed, plan) = (&p.0.packed, p.0.plan()?);
     let memory = Memory::new(&plan.buffer_bytes, packed, &packed.camera(scene, &p.0.settings));
     p.trace(&mut OnTwins(memory, plan.specialisation), rays)
@@ -291,7 +292,7 @@ impl Renderer {
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
         let (recipe, forced, limits) =
-            (self.recipe(scene), self.forced_brute_force(), self.device().limits());
+            (self.recipe(scene).for_any_ray(scene), self.forced_brute_force(), self.device().limits());
         let p = Probe::new(recipe, scene, settings, rays.len(), forced, &limits);
         let (packed, plan) = (&p.0.packed, p.0.plan()?);
         let (pipelines, _) = self.pipelines(plan, settings.precision)?;

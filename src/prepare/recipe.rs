@@ -36,6 +36,25 @@ impl Recipe {
         Recipe { cut, shape, single_radii: near.single_radii(), ..recipe }
     }
 
+    /// This recipe with the frame around everything and nothing cut: for rays that start anywhere, and for which no view
+    /// is near.
+    pub(crate) fn for_any_ray(self, scene: &Scene) -> Recipe {
+        let Some(near) = self.local_frame.near else { return self };
+        let whole = Recipe::within(LocalFrame::of_whole(scene), scene);
+        Recipe {
+            local_frame: whole.local_frame,
+            eye: if self.eye.is_finite() { whole.eye } else { self.eye },
+            single_radii: if self.single_radii == near.single_radii() {
+                SINGLE_RADII
+            } else {
+                self.single_radii
+            },
+            cut: None,
+            shape: 0.0,
+            ..self
+        }
+    }
+
     fn within(local_frame: LocalFrame, scene: &Scene) -> Recipe {
         Recipe {
             local_frame,

@@ -216,9 +216,9 @@ impl Renderer {
         (self.recipe)(scene)
     }
 
-    /// The local frame that the kernels see `scene` in.
+    /// The local frame of `scene` for rays that start anywhere.
     pub(crate) fn local_frame(&self, scene: &Scene) -> LocalFrame {
-        self.recipe(scene).local_frame
+        self.recipe(scene).for_any_ray(scene).local_frame
     }
 
     /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all

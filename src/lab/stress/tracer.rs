@@ -36,9 +36,9 @@ pub trait Tracer {
     fn flushes_denormals(&self) -> bool {
         false
     }
-    /// The local frame of `scene` in the kernels.
+    /// The local frame of `scene` in the kernels, as probed: around everything.
     fn local_frame(&self, scene: &Scene) -> LocalFrame {
-        LocalFrame::of(scene)
+        LocalFrame::of_whole(scene)
     }
 }
 

@@ -70,7 +70,7 @@ pub const CASES: &[Case] = &[
 /// Pictures against the oracle's. An edge moves by at most 64u (s + e): two spawn offsets of a shape of extent e at
 /// distance s, of which the seen distance is at least a third (`prepare::cut`: e is at most two distances).
 fn judge(h: &mut Harness<'_>, scenes: &[(String, Scene)]) -> Result<Figure, RenderError> {
-    let mut worst = Figure::new(0.0, 1.0, "pixels changed by more than one code");
+    let mut worst: Option<Figure> = None;
     for (what, scene) in scenes {
         let settings: Settings = h.settings(scene);
         let truth = Oracle::new(scene).render(&settings);
@@ -85,13 +85,14 @@ fn judge(h: &mut Harness<'_>, scenes: &[(String, Scene)]) -> Result<Figure, Rend
                 a.iter().any(|x| !x.is_finite()) || pixel_error(*a, &b.as_vec3().to_array()).1 > 1
             })
             .count();
-        worst = worst.worse(Figure::new(
-            changed as f64,
-            bound,
-            format!("of {} pixels changed by more than one code ({what})", seen.len()),
-        ));
+        let unit = format!("of {} pixels changed by more than one code ({what})", seen.len());
+        let figure = Figure::new(changed as f64, bound, unit);
+        worst = Some(match worst {
+            None => figure,
+            Some(worst) => worst.worse(figure),
+        });
     }
-    Ok(worst)
+    Ok(worst.unwrap_or_else(|| Figure::none(0, "pictures")))
 }
 
 /// Angle of a pixel, or, under a long lens, its size beside the things that it is aimed at.
