@@ -7,10 +7,13 @@ use std::time::Instant;
 use whitted::cli::args::Cli;
 use whitted::cli::commands;
 use whitted::cli::failure::Failure;
+use whitted::cli::threads;
 
 fn main() -> ExitCode {
     let started = Instant::now();
-    match commands::run(&Cli::parse(), started) {
+    let cli = Cli::parse();
+    threads::start();
+    match commands::run(&cli, started) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             // A closed standard error leaves the exit code to tell.

@@ -8,3 +8,4 @@ pub mod failure;
 mod files;
 pub(crate) mod progress;
 mod state;
+pub mod threads;

@@ -1,6 +1,7 @@
 //! Progress on standard error, and Ctrl-C.
 
 use crate::cli::failure::Code;
+use crate::cli::threads;
 use crate::render::Observer;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -43,9 +44,10 @@ fn request(since_first: Option<Duration>) -> Request {
     }
 }
 
-/// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
+/// To be called before a device is opened. Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
 /// per process.
 pub fn catch_interrupts() -> Result<()> {
+    threads::check()?;
     ctrlc::set_handler(|| match request(STOPPED.get().map(Instant::elapsed)) {
         Request::Same => {}
         Request::End => end("ended at once; nothing more was saved"),
@@ -65,7 +67,7 @@ pub fn catch_interrupts() -> Result<()> {
             });
         }
     })
-    .context("cannot watch for Ctrl-C")
+    .context("cannot watch for Ctrl-C, which needs a thread")
 }
 
 fn end(why: &str) {

@@ -3,6 +3,7 @@
 use crate::cli::args::DevicesArgs;
 use crate::cli::console::print;
 use crate::cli::failure::Failure;
+use crate::cli::threads;
 use crate::plan::Switched;
 use crate::render::RenderError;
 use crate::render::self_test::{self, Arithmetic, SelfTest};
@@ -36,6 +37,7 @@ impl Listed {
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
+    threads::check()?;
     let devices: Vec<Listed> = vk::list().map_err(RenderError::from)?.into_iter().map(Listed::new).collect();
     let text = if args.json {
         serde_json::to_string_pretty(&devices).context("cannot express the devices as JSON")? + "\n"
