@@ -105,9 +105,7 @@ fn no_output_overwrites_an_input_or_another_output() {
         format!("{render} -o new.png --report rotated_cube.obj"),
         format!("{render} -o new.png --report rotated_cube.mtl"),
         format!("{render} -o d/new.png --report d/../d/new.png"),
-        format!(
-            "{render} -o new.png --report later.json --page d/../new.incomplete.png/../p.html --report dangling.json"
-        ),
+        "profile cornell.toml --json later.json --trace dangling.json".to_owned(),
         format!("{render} -o new.png --reference a.png --report link.png"),
         format!("{render} -o link.png --reference a.png"),
         format!("{render} -o new.png --budget --aov samples --report new.samples.png"),
