@@ -3,16 +3,33 @@
 use clap::Parser;
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::thread;
 use std::time::Instant;
 use whitted::cli::args::Cli;
 use whitted::cli::commands;
 use whitted::cli::failure::Code;
+use whitted::cli::threads;
 use whitted::vk;
+
+/// Bytes of stack for the program's work, whatever `ulimit -s` leaves the first thread: what systems usually give.
+const STACK: usize = 8 << 20;
+/// Exit code of a panic.
+const PANICKED: u8 = 101;
 
 fn main() -> ExitCode {
     let started = Instant::now();
     vk::environment::prepare();
-    let code = match commands::run(&Cli::parse(), started) {
+    match thread::Builder::new().name("whitted".into()).stack_size(STACK).spawn(move || run(started)) {
+        Ok(work) => work.join().unwrap_or(ExitCode::from(PANICKED)),
+        // Not one thread may be started.
+        Err(_) => run(started),
+    }
+}
+
+fn run(started: Instant) -> ExitCode {
+    let cli = Cli::parse();
+    threads::start();
+    let code = match commands::run(&cli, started) {
         Ok(()) => Code::Done,
         Err(failure) => {
             // Whatever fails after a driver was left fails for the interrupt.

@@ -284,7 +284,7 @@ pub(crate) fn files(args: &RenderArgs, state: Option<&StateFile>) -> Files {
         files = files.may_write("the interrupted", &path);
     }
     match state {
-        Some(state) => files.may_write("the state", state.path()),
+        Some(state) => files.may_write("the state", state.to()),
         None => files,
     }
 }

@@ -9,3 +9,4 @@ mod files;
 pub(crate) mod progress;
 mod read;
 mod state;
+pub mod threads;

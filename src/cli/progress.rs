@@ -1,6 +1,7 @@
 //! Progress on standard error, and Ctrl-C.
 
 use crate::cli::failure::Code;
+use crate::cli::threads;
 use crate::render::Observer;
 use crate::vk::{self, Watch};
 use anyhow::{Context, Result};
@@ -45,9 +46,10 @@ fn request(since_first: Option<Duration>) -> Request {
     }
 }
 
-/// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
+/// To be called before a device is opened. Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
 /// per process.
 pub fn catch_interrupts() -> Result<()> {
+    threads::check()?;
     vk::watch(Watch { stopped: interrupted, long: tell_of_wait });
     ctrlc::set_handler(|| match request(STOPPED.get().map(Instant::elapsed)) {
         Request::Same => {}
@@ -68,7 +70,7 @@ pub fn catch_interrupts() -> Result<()> {
             });
         }
     })
-    .context("cannot watch for Ctrl-C")
+    .context("cannot watch for Ctrl-C, which needs a thread")
 }
 
 fn end(why: &str) {

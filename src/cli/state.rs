@@ -31,7 +31,7 @@ impl StateFile {
     }
 
     /// The file that this render may write.
-    pub(super) fn path(&self) -> &Path {
+    pub(super) fn to(&self) -> &Path {
         &self.to
     }
 

@@ -10,10 +10,10 @@ use std::path::PathBuf;
 
 const RENDER_HELP: &str = "\
 Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
-not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
-second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
-command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
-resume from.
+not at all. Ctrl-C stops after the work in flight, keeps the finished part in OUT.partial and the pixels \
+as they are in OUT.incomplete.png, and exits with 130; a second Ctrl-C after a second or more ends at \
+once and saves nothing. The same command with --resume continues and gives the same image, bit for bit. \
+--time keeps nothing to resume from.
 
 Examples:
   whitted render scenes/cornell.toml -o cornell.png

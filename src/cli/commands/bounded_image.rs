@@ -144,9 +144,6 @@ pub(super) fn run(
     if let Some(state) = state.filter(|_| args.resume) {
         delivery::remove_unfinished(args, &state)?;
     }
-    if let Some(why) = report.counters.lost() {
-        return Err(Failure::Unsound(format!("{why}; it is in {file}")));
-    }
     if let (Some(void), None) = (report.error.as_ref().and_then(|e| e.void.as_ref()), report.asked.met) {
         return Err(Failure::Unmet(format!("{void}; the image is in {file}")));
     }

@@ -3,6 +3,7 @@
 use crate::cli::args::DevicesArgs;
 use crate::cli::console::print;
 use crate::cli::failure::Failure;
+use crate::cli::threads;
 use crate::plan::Switched;
 use crate::render::RenderError;
 use crate::render::self_test::{self, Arithmetic, SelfTest};
@@ -37,6 +38,7 @@ impl Listed {
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
+    threads::check()?;
     let found = vk::list().map_err(RenderError::from)?;
     for note in &found.notes {
         // A closed standard error leaves the list.
