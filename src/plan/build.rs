@@ -46,7 +46,7 @@ pub(super) struct Choice {
 
 impl Plan {
     pub(super) fn build(input: Input<'_>) -> Result<Plan, PlanError> {
-        let mut plan = Plan::without_sizes(input)?;
+        let mut plan = Plan::without_sizes(input);
         let choices = plan.choices(input);
         let Some((batch, choice)) = plan.fit_batch(input, choices) else {
             // What fits may be read as texels even where all of this may not.
@@ -56,21 +56,21 @@ impl Plan {
         plan.specialise(input, choice);
         plan.schedule(input.settings, batch);
         plan.size_in_parts(input, batch, choice);
+        if let Some(steps) = input.settings.schedule.walk_steps {
+            plan.specialisation.loop_cap = plan.specialisation.loop_cap.min(steps);
+        }
         Ok(plan)
     }
 
     /// The parts that follow from scene and settings alone.
-    fn without_sizes(input: Input<'_>) -> Result<Plan, PlanError> {
+    fn without_sizes(input: Input<'_>) -> Plan {
         let Input { packed, settings, survey, .. } = input;
         // A survey may be told to cut less than at first.
         let cutoff = if survey { 0.0 } else { settings.cutoff };
         let by_brute_force = packed.bvh_depth == 0;
         let lights_per_pass =
             if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
-        if by_brute_force && packed.primitive_count() as u32 > abi::LOOP_CAP {
-            return Err(PlanError::TooManyToTry { primitives: packed.primitive_count(), limit: abi::LOOP_CAP });
-        }
-        Ok(Plan {
+        Plan {
             specialisation: specialisation(input),
             capacity: 0,
             tile_pixels: 0,
@@ -82,7 +82,7 @@ impl Plan {
             bytes_in_parts: Vec::new(),
             parts: false,
             features: packed.features(),
-        })
+        }
     }
 
     /// The choices in order of preference. The later ones are for buffers that do not fit texel views.

@@ -18,9 +18,9 @@ pub mod tiles;
 pub use brute_force::{BRUTE_FORCE_MAX, brute_force_max, pack_for};
 pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
-pub use sizes::WALKS;
 pub use limits::{Limits, Switched, TEXEL_BYTES};
 pub use planned_scene::{PlannedScene, Purpose};
+pub use sizes::WALKS;
 pub use sizes::element_bytes;
 
 use crate::kernel::abi::Specialisation;

@@ -241,8 +241,5 @@ const COUNTER_BYTES: u64 = 4 * abi::COUNTERS as u64;
 
 /// Walks that did not end, of the counters' bytes.
 fn unfinished_in(counters: &[u8]) -> u32 {
-    counters
-        .chunks_exact(4)
-        .nth(abi::COUNTER_UNFINISHED as usize)
-        .map_or(0, bytemuck::pod_read_unaligned)
+    counters.chunks_exact(4).nth(abi::COUNTER_UNFINISHED as usize).map_or(0, bytemuck::pod_read_unaligned)
 }

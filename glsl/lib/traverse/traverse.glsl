@@ -64,7 +64,11 @@ void search(TraversalRay r, real limit, bool any, bool begin, inout Best best) {
     }
     uvec2 before = tests;
     if (!by_hierarchy) {
-        if (begin) traverse_brute_force(r, any, best);
+#ifdef IN_PARTS
+        go_on_by_brute_force(r, any, begin, best);
+#else
+        traverse_brute_force(r, any, best);
+#endif
         if (counting != 0u && !(finite && limit > 0.0)) tests = before;
         return;
     }

@@ -22,6 +22,7 @@ mod spheres;
 mod thin;
 mod tracer;
 mod triangles;
+mod walks;
 
 pub use crate::scene::procedural::shapes::moved;
 pub use case::{Case, Figure, Harness};
@@ -43,6 +44,7 @@ pub fn cases() -> Vec<Case> {
         camera::CASES,
         thin::CASES,
         duplicates::CASES,
+        walks::CASES,
     ]
     .concat()
 }

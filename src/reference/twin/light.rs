@@ -26,7 +26,8 @@ pub fn light(
     depth_counts: &mut [DepthCount],
     counters: &mut [u32],
 ) {
-    let shapes = Shapes { spec, triangles, spheres, extended_spheres: &[], nodes: &[], compressed_nodes: &[] };
+    let shapes =
+        Shapes { spec, triangles, spheres, extended_spheres: &[], nodes: &[], compressed_nodes: &[] };
     let queries = &mut Vec::new();
     let (first, last) = (push.light_begin == 0, push.light_end == spec.light_count);
     let camera = &camera[0];

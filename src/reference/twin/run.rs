@@ -2,7 +2,9 @@
 
 use super::memory::Memory;
 use super::structs::Push;
-use super::{fused_depth, gather, generate, intersect, light, place, resolve, scan, shade, shadow, spawn, walk};
+use super::{
+    fused_depth, gather, generate, intersect, light, place, resolve, scan, shade, shadow, spawn, walk,
+};
 use crate::kernel::abi::Specialisation;
 use crate::kernel::table::Kernel;
 

@@ -9,8 +9,7 @@ use super::sphere::{hit_extended_sphere, hit_sphere};
 use super::triangle::{Shear, hit_triangle, make_shear};
 use crate::kernel::abi::single::CompressedChild;
 use crate::kernel::abi::{
-    COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE,
-    Specialisation,
+    COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE, Specialisation,
 };
 
 /// The buffers that `traverse.glsl` needs.
