@@ -67,7 +67,7 @@ const GUARDS: &[(&str, &[Defect])] = &[
     ("needles", &[ForgottenStack]),
     ("overlapping-boxes", &[ForgottenStack]),
     ("fan", &[ForgottenStack]),
-    ("equal-triangles", &[ForgottenHit]),
+    ("stacked-triangles", &[ForgottenHit]),
     ("hair-and-lights", &[ForgottenShadow]),
 ];
 
