@@ -71,6 +71,11 @@ const GUARDS: &[(&str, &[Defect])] = &[
     ("huge-coordinates", &[WorldFrame]),
     ("coincident", &[TraversalTies]),
     ("order", &[TraversalTies]),
+    ("needles", &[ForgottenStack]),
+    ("overlapping-boxes", &[ForgottenStack]),
+    ("fan", &[ForgottenStack]),
+    ("stacked-triangles", &[ForgottenHit]),
+    ("hair-and-lights", &[ForgottenShadow]),
 ];
 
 /// Cases that fail where rays start 0.1 of the user's units along their way and may hit what they left.

@@ -138,7 +138,7 @@ impl Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::PlanError;
+    use crate::plan::{PlanError, Shortage};
     use crate::scene::Scene;
     use crate::vk::VkError;
     use ash::vk;
@@ -148,10 +148,11 @@ mod tests {
         let text = String::from("x");
         let render = |error: VkError| Failure::from(RenderError::from(error));
         let call = VkError::Call { call: "vkX", object: text.clone(), result: vk::Result::NOT_READY };
+        let shortage = Shortage { buffer: None, bytes: 2, limit: 1 };
         let cases = [
             (Failure::Other(anyhow::anyhow!("x")), 1),
             (render(call), 1),
-            (RenderError::from(PlanError::TooManyToTry { primitives: 2, limit: 1 }).into(), 1),
+            (RenderError::from(PlanError::RayTooLarge { shortage }).into(), 1),
             (Failure::Usage(text.clone()), 2),
             (Scene::load("none.toml").unwrap_err().into(), 3),
             (render(VkError::NoDevice(text.clone())), 4),

@@ -6,16 +6,6 @@ use std::fmt;
 /// Why no plan exists; says what would fit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
-    /// Every ray would be tested against too many primitives.
-    #[error(
-        "brute force over {primitives} primitives exceeds the limit of {limit} loop iterations per kernel; use the hierarchy"
-    )]
-    TooManyToTry {
-        /// Triangles and spheres of the scene.
-        primitives: usize,
-        /// Loop iterations of one invocation.
-        limit: u32,
-    },
     /// The scene's primitives take more than the device has.
     #[error("{primitives} primitives need {shortage}; about {fit} would fit")]
     SceneTooLarge {

@@ -4,6 +4,7 @@ mod batches;
 mod convergence;
 mod error;
 mod identity;
+mod parts;
 mod pixel_tests;
 mod precision;
 mod prepared;

@@ -69,7 +69,7 @@ impl Prepared {
         let (pipelines, fresh) = renderer.pipelines(plan, settings.precision)?;
         let camera = planned.packed.camera(scene, settings);
         let mut batches = Batches::new(&renderer.device, pipelines, &planned.packed, camera, settings, plan)?;
-        batches.poison = renderer.poison;
+        batches.poisoned = renderer.poison;
         if fresh {
             batches.warm_up()?;
         }

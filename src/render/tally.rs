@@ -123,7 +123,7 @@ impl Tally {
             let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the pass table");
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
-                Size::Rays => at,
+                Size::Rays | Size::Walks => at,
                 Size::Samples => self.samples,
                 Size::Pixels => self.pixels,
                 Size::One => *launches,

@@ -236,6 +236,9 @@ pub struct Schedule {
     pub fused: Option<bool>,
     /// Count box and primitive tests ([`Report::tests`](crate::Report::tests)), by kernels that are slower.
     pub count_tests: bool,
+    /// Steps of a walk after which it stops and goes on in another dispatch, at most. Where a walk of a batch does, the
+    /// batch is done again in parts, which costs time, not light.
+    pub walk_steps: Option<u32>,
     /// Features that kernels have although the scene lacks them.
     pub forced_features: ForcedFeatures,
 }

@@ -63,6 +63,29 @@ impl Buffers {
         Ok(buffers)
     }
 
+    /// Makes those longer that are shorter than `bytes`, in binding order; what they held is lost. No submit may be under
+    /// way, and recorders made before must be renewed.
+    pub fn lengthen(&mut self, bytes: &[u64]) -> Result<(), VkError> {
+        for (slot, ((name, ..), bytes)) in self.slots.iter_mut().zip(BUFFERS.iter().zip(bytes)) {
+            if *bytes <= slot.bytes {
+                continue;
+            }
+            let mut longer = allocate(&self.device, name, *bytes, MemoryLocation::GpuOnly)?;
+            if slot.view != vk::BufferView::null() {
+                match view(&self.device, name, &longer) {
+                    Ok(made) => longer.view = made,
+                    Err(error) => {
+                        release(&self.device, &mut longer);
+                        return Err(error);
+                    }
+                }
+            }
+            release(&self.device, slot);
+            *slot = longer;
+        }
+        Ok(())
+    }
+
     pub(super) fn handle(&self, buffer: crate::kernel::abi::Buf) -> vk::Buffer {
         self.slots[buffer as usize].handle
     }

@@ -95,12 +95,12 @@ impl Pipelines {
     }
 
     /// The set that they were built from.
-    pub(super) fn set(&self) -> &KernelSet {
+    pub fn set(&self) -> &KernelSet {
         &self.set
     }
 
     /// Whether they compute in double precision.
-    pub(super) fn double(&self) -> bool {
+    pub fn double(&self) -> bool {
         self.double
     }
 

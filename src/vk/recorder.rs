@@ -181,6 +181,13 @@ impl Recorder {
         Ok(())
     }
 
+    /// The same for buffers that have been made longer since; its times go on from the same beginning.
+    pub fn renewed(&self, pipelines: &Pipelines, buffers: &Buffers) -> Result<Recorder, VkError> {
+        let mut recorder = Recorder::new(&self.device, pipelines, buffers, self.workgroup)?;
+        recorder.epoch = self.epoch;
+        Ok(recorder)
+    }
+
     /// Begins a submit.
     pub fn begin(&mut self) -> Result<(), VkError> {
         self.recorded.clear();
@@ -306,7 +313,7 @@ impl Recorder {
         };
         match d.pass.size {
             Size::One => self.groups(1),
-            Size::Samples | Size::Pixels => self.groups(d.items.div_ceil(self.workgroup)),
+            Size::Samples | Size::Pixels | Size::Walks => self.groups(d.items.div_ceil(self.workgroup)),
             Size::Rays => {
                 let queue = buffers.handle(at_depth(Buf::Queue, d.depth));
                 // SAFETY: recording; Queue starts with a VkDispatchIndirectCommand.

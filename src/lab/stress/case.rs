@@ -168,6 +168,18 @@ impl<'t> Harness<'t> {
         Ok([run(true)?, run(false)?])
     }
 
+    /// Renders the scene under its own settings by brute force and through the hierarchy.
+    pub fn picture_both(&mut self, scene: &Scene) -> Result<[Picture; 2], RenderError> {
+        let settings = self.settings(scene);
+        let mut run = |brute| {
+            self.tracer.force_brute_force(Some(brute));
+            let picture = self.tracer.picture(scene, &settings);
+            self.tracer.force_brute_force(None);
+            picture
+        };
+        Ok([run(true)?, run(false)?])
+    }
+
     /// The local frame that the kernels see the scene in.
     pub fn local_frame(&self, scene: &Scene) -> LocalFrame {
         self.tracer.local_frame(scene)

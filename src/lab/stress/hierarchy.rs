@@ -57,7 +57,8 @@ fn same(a: &Option<ProbeHit>, b: &Option<ProbeHit>) -> bool {
     a.as_ref().map(bits) == b.as_ref().map(bits)
 }
 
-fn differences(a: &Probed, b: &Probed) -> usize {
+/// Rays whose hits differ, and walks that were given up.
+pub(super) fn differences(a: &Probed, b: &Probed) -> usize {
     let overflows = |p: &Probed| {
         (p.counters[abi::COUNTER_STACK_OVERFLOW as usize] + p.counters[abi::COUNTER_LOOP_CAP as usize])
             as usize

@@ -23,6 +23,7 @@ mod thin;
 mod tracer;
 mod triangles;
 mod two_scales;
+mod walks;
 
 pub use crate::scene::procedural::shapes::moved;
 pub use case::{Case, Figure, Harness};
@@ -45,6 +46,7 @@ pub fn cases() -> Vec<Case> {
         camera::CASES,
         thin::CASES,
         duplicates::CASES,
+        walks::CASES,
     ]
     .concat()
 }
