@@ -37,6 +37,8 @@ pub(super) fn read(
     let (root, bin) = container::open(file)?;
     extensions::check(file, &root, reading)?;
     let visits = nodes::walk(file, &root, wanted.node, reading)?;
+    let wanted_meshes = visits.iter().filter(|v| v.wanted).filter_map(|v| root.nodes[v.node].mesh);
+    primitives::check_repetitions(file, &root, wanted_meshes)?;
     let mut accessors = Accessors { file, root: &root, buffers: Buffers::new(file, bin, &root) };
     let mut materials = Materials::new(wanted.material);
     let mut primitives = Primitives {
@@ -44,7 +46,6 @@ pub(super) fn read(
         materials: &mut materials,
         library,
         left_out: LeftOut::default(),
-        used: [0; 2],
     };
     let mut flattened = 0;
     let mut meshes: Vec<Mesh> = Vec::new();

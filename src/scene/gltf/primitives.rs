@@ -1,19 +1,44 @@
 //! Primitives of a glTF mesh as triangles.
 
 use super::accessors::Accessors;
-use super::json::Primitive;
+use super::json::{self, Primitive, Root};
 use super::materials::Materials;
 use crate::scene::error::SceneError;
 use crate::scene::library::Library;
 use crate::scene::mesh_builder::MeshBuilder;
+use crate::scene::model_file::ModelFile;
 use crate::scene::{Mesh, Transform};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// Most triangles, and most vertices, of one file with all its repetitions: a few bytes may repeat a mesh without end, and
-/// 2^28 triangles take ten gigabytes.
+/// Most corners of all triangles, with all repetitions: a few bytes may repeat a mesh without end, and the triangles of
+/// 2^28 corners in a list take 3.6 gigabytes.
 const MOST: usize = 1 << 28;
+
+/// Refuses meshes that nodes repeat beyond [`MOST`], before any is read: `meshes` are the indices of the nodes' meshes.
+pub fn check_repetitions(
+    file: ModelFile,
+    root: &Root,
+    meshes: impl Iterator<Item = usize>,
+) -> Result<(), SceneError> {
+    let corners = |primitive: &Primitive| {
+        let listed = primitive.indices.or(primitive.attributes.position);
+        let count = listed.and_then(|index| root.accessors.get(index)).map_or(0, |a| a.count);
+        // A count that no file can hold is refused where it is read.
+        count.min(MOST)
+    };
+    let of_mesh = |mesh: &json::Mesh| mesh.primitives.iter().map(corners).fold(0, usize::saturating_add);
+    let counts: Vec<usize> = root.meshes.iter().map(of_mesh).collect();
+    let all = meshes.filter_map(|mesh| counts.get(mesh)).fold(0, |sum: usize, n| sum.saturating_add(*n));
+    if all > MOST {
+        return Err(file.error(
+            format!("its nodes repeat its meshes to {all} corners, more than {MOST}"),
+            "take a part of it with `node`",
+        ));
+    }
+    Ok(())
+}
 
 /// Counts of what is left out.
 #[derive(Debug, Default)]
@@ -54,8 +79,6 @@ pub struct Primitives<'s, 'a, 'r> {
     pub materials: &'s mut Materials,
     pub library: &'s mut Library,
     pub left_out: LeftOut,
-    /// Triangles and vertices so far.
-    pub used: [usize; 2],
 }
 
 impl Primitives<'_, '_, '_> {
@@ -126,7 +149,6 @@ impl Primitives<'_, '_, '_> {
             )
         })?;
         self.left_out.rest += rest;
-        self.count(triangles.len(), order.len().min(positions.len()))?;
         let tint = self.tint(primitive, &order)?;
         let material = self.materials.index(self.accessors, self.library, primitive.material, tint)?;
         let known = parts.iter().position(|(known, _)| *known == material).unwrap_or_else(|| {
@@ -136,20 +158,6 @@ impl Primitives<'_, '_, '_> {
         let builder = &mut parts[known].1;
         let normals = normals.as_deref().map(Vec::as_slice);
         add(builder, &positions, normals, &triangles, material);
-        Ok(())
-    }
-
-    /// Counts triangles and vertices against [`MOST`].
-    fn count(&mut self, triangles: usize, vertices: usize) -> Result<(), SceneError> {
-        for (used, more) in self.used.iter_mut().zip([triangles, vertices]) {
-            *used += more;
-            if *used > MOST {
-                return Err(self.accessors.file.error(
-                    format!("its nodes repeat its meshes to more than {MOST} triangles or vertices"),
-                    "take a part of it with `node`",
-                ));
-            }
-        }
         Ok(())
     }
 

@@ -326,7 +326,8 @@ fn list(
         let offset = body.at();
         let corner = body.number(property.number)?;
         let whole = corner.fract() == 0.0 && (0.0..f64::from(RESTART)).contains(&corner);
-        if !whole && !(shape == Shape::Strips && corner == -1.0) {
+        let restart = shape == Shape::Strips && corner == -1.0;
+        if !whole && !restart {
             let message = format!("face {} has the corner {corner}", face + 1);
             return Err(body.error_at(offset, &message, "corners are numbers of vertices, from 0"));
         }
