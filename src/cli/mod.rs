@@ -6,4 +6,5 @@ pub mod console;
 mod delivery;
 pub mod failure;
 pub(crate) mod progress;
+mod read;
 mod state;

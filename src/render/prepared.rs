@@ -26,6 +26,8 @@ pub struct Prepared {
     pub(super) warnings: Vec<String>,
     /// The scene's file, as given.
     pub(super) file: String,
+    /// The scene's notes, a line each.
+    notes: Vec<String>,
     /// Time that went into reading the scene.
     pub(super) read: Duration,
     /// Time that went into packing and planning.
@@ -80,6 +82,7 @@ impl Prepared {
             device: renderer.device.info(),
             warnings,
             file: scene.file.display().to_string(),
+            notes: scene.notes.lines(),
             read: scene.read_time.0,
             built: seconds,
             prepared: start.elapsed() + std::mem::take(&mut renderer.opened),
@@ -215,6 +218,7 @@ impl Prepared {
         });
         report.device = self.device.clone();
         report.scene.file = self.file.clone();
+        report.scene.notes = self.notes.clone();
         report.image.linear_sha256 = linear_sha256(&drawn.linear);
         report.warnings = self.warnings.clone();
         Ok(Rendered { width: x1 - x0, height: y1 - y0, linear: drawn.linear, done, report, unfinished })

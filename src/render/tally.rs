@@ -90,6 +90,7 @@ impl Tally {
                 triangles: packed.scene_features.triangles,
                 spheres: packed.scene_features.spheres,
                 lights: packed.scene_features.lights,
+                notes: Vec::new(),
                 local_frame: LocalFrameInfo {
                     center: packed.local_frame.center.to_array(),
                     scale_log2: packed.local_frame.scale_log2,

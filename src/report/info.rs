@@ -49,6 +49,9 @@ pub struct SceneInfo {
     pub spheres: u64,
     /// Point lights.
     pub lights: u64,
+    /// What was assumed in reading the scene's files, or left out; absent if nothing was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
 }

@@ -1,5 +1,5 @@
 //! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
-//! and already checked. [`Scene::load`] and [`Scene::parse`] are the only ways from text to a [`Scene`].
+//! and already checked. [`Scene::load`] and [`Scene::parse`] (and their `_with` forms) are the only ways from text to a [`Scene`].
 //! A scene that is built by hand must keep the ranges that the fields state: rendering relies on them.
 
 pub mod bounds;
@@ -14,6 +14,7 @@ mod parse;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
+mod read_options;
 mod table;
 mod transform;
 mod tokens;
@@ -21,6 +22,7 @@ mod tokens;
 pub use error::SceneError;
 pub use notes::{Note, Notes};
 pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
+pub use read_options::ReadOptions;
 pub use transform::{Transform, rotation};
 
 use crate::scene::bounds::Bounds;

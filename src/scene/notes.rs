@@ -32,6 +32,11 @@ impl Notes {
         self.0.iter()
     }
 
+    /// One line of text for each.
+    pub fn lines(&self) -> Vec<String> {
+        self.0.iter().map(Note::to_string).collect()
+    }
+
     /// Counts one more of `message`; `line` is used if it is the first.
     pub(super) fn add(&mut self, message: &str, file: &Path, line: usize) {
         self.add_count(message, 1, file, line);

@@ -5,7 +5,9 @@ use super::library::Library;
 use super::model::{Model, Wanted};
 use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{Camera, Light, Material, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
+use super::{
+    Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere, Transform,
+};
 use super::{material, model, polygon};
 use glam::DVec3;
 use std::path::Path;
@@ -41,8 +43,16 @@ impl Scene {
     /// The first mistake in the text (see [`SceneError`]): syntax, unknown keys, wrong types, missing
     /// materials, impossible values, files that cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Scene::load_with(path, &ReadOptions::default())
+    }
+
+    /// Reads a scene file and all files that it names, as `options` say.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Scene, SceneError> {
         let start = Instant::now();
-        let scene = load(path.as_ref())?;
+        let scene = load(path.as_ref(), options)?;
         Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
     }
 
@@ -52,8 +62,20 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Scene::parse_with(text, path, &ReadOptions::default())
+    }
+
+    /// [`Scene::parse`], as `options` say.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse_with(
+        text: &str,
+        path: impl AsRef<Path>,
+        options: &ReadOptions,
+    ) -> Result<Scene, SceneError> {
         let start = Instant::now();
-        let scene = parse(text, path.as_ref())?;
+        let scene = parse(text, path.as_ref(), options)?;
         Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
     }
 }
@@ -67,16 +89,16 @@ impl FromStr for Scene {
     }
 }
 
-fn load(path: &Path) -> Result<Scene, SceneError> {
+fn load(path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| unreadable(path, "scene", e))?;
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let source = Source { file: path, text: &bytes };
         source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
     })?;
-    parse(text, path)
+    parse(text, path, options)
 }
 
-fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
     let source = Source { file: path, text: text.as_bytes() };
     let document = DeTable::parse(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
@@ -91,7 +113,7 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     top.only(&TOP)?;
 
     let materials = materials(&top)?;
-    let reading = Reading { strict: false, notes: Notes::default() };
+    let reading = Reading { strict: options.strict, notes: Notes::default() };
     let mut reader = Reader { own: materials.len(), library: Library::new(materials), reading };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(

@@ -1,7 +1,7 @@
 //! `whitted calibrate`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use crate::scene::procedural::families::Family;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -102,6 +102,10 @@ pub struct CalibrateArgs {
     /// Write every trial as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! `whitted gallery`.
 
 use super::values;
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -39,6 +39,10 @@ pub struct GalleryArgs {
     /// Seed of the sampler
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! `whitted plan`.
 
-use super::{DeviceArgs, PictureArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, PictureArgs, ReadArgs, ScheduleArgs, Verbosity};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -39,6 +39,10 @@ pub struct PlanArgs {
     /// Write the plan as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! `whitted profile`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::settings::Precision;
 use clap::Args;
 use std::path::PathBuf;
@@ -72,6 +72,10 @@ pub struct ProfileArgs {
     /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
     #[arg(long, value_name = "WHICH", default_value = "robust", help_heading = "Picture")]
     pub precision: Precision,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

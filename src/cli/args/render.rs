@@ -1,7 +1,7 @@
 //! `whitted render`.
 
 use super::values::{self, Crop, Output, Size};
-use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, parse_cutoff};
@@ -71,6 +71,10 @@ pub struct RenderArgs {
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long, help_heading = "Device")]
     pub validate: bool,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

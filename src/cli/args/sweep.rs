@@ -1,7 +1,7 @@
 //! `whitted sweep`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use crate::lab::sweep::axes::Axis;
 use clap::Args;
 use std::path::PathBuf;
@@ -63,6 +63,10 @@ pub struct SweepArgs {
     /// Discard the results of an earlier sweep in DIR
     #[arg(long)]
     pub fresh: bool,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -7,10 +7,10 @@ use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::{Format, Metadata, heat};
 use crate::render::{Rendered, Renderer};
-use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use crate::{atomic_file, units};
 use anyhow::Context;
@@ -89,7 +89,7 @@ pub(super) fn run(
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, console)?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, format, &mut settings, started)?;
     let reference = Reference::of(args, &settings)?;

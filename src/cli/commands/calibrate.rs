@@ -9,6 +9,7 @@ use crate::cli::console::{Console, print};
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::lab::calibrate::{Calibration, Plan};
 use crate::render::Renderer;
 use crate::scene::Scene;
@@ -27,7 +28,7 @@ pub fn run(args: &CalibrateArgs, console: &mut Console) -> Result<(), Failure> {
     for path in args.output.iter().chain(json_file) {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    let scenes = scenes(&args.scenes)?;
+    let scenes = scenes(args, console)?;
     let plan = plan(args);
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
@@ -86,8 +87,8 @@ fn plan(args: &CalibrateArgs) -> Plan {
 }
 
 /// The scenes named, or all there are.
-fn scenes(named: &[PathBuf]) -> Result<Vec<(String, Scene)>, Failure> {
-    let mut files = named.to_vec();
+fn scenes(args: &CalibrateArgs, console: &mut Console) -> Result<Vec<(String, Scene)>, Failure> {
+    let mut files = args.scenes.clone();
     if files.is_empty() {
         let entries = std::fs::read_dir(FOLDER).into_iter().flatten().flatten();
         files.extend(entries.map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "toml")));
@@ -96,9 +97,9 @@ fn scenes(named: &[PathBuf]) -> Result<Vec<(String, Scene)>, Failure> {
     if files.is_empty() {
         return Err(Failure::Usage(format!("no scene given, and none in the folder {FOLDER}")));
     }
-    let read = |path: &PathBuf| {
+    let one = |path: &PathBuf| {
         let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Ok::<_, Failure>((name, Scene::load(path)?))
+        Ok::<_, Failure>((name, read::scene(path, &args.read, console)?))
     };
-    files.iter().map(read).collect()
+    files.iter().map(one).collect()
 }

@@ -6,6 +6,7 @@ use crate::cli::console::{self, Console};
 use crate::cli::delivery::{settings, write_json};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::plan::predicted_time::{Model, Unpredictable, Work};
 use crate::plan::tiles::tiles;
 use crate::plan::{Plan, Purpose};
@@ -14,7 +15,6 @@ use crate::render::{Prepared, RenderError, Renderer, Trial};
 use crate::report::Report;
 use crate::report::explain::{self, ExplainedPlan, Refused};
 use crate::report::prediction::Prediction;
-use crate::scene::Scene;
 use crate::settings::Settings;
 use anyhow::Context;
 use std::path::Path;
@@ -25,7 +25,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
         atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let earlier = args.from.as_deref().map(report).transpose()?;
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, console)?;
     let scene_seconds = scene.read_time.0.as_secs_f64();
     let asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;

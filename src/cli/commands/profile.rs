@@ -7,6 +7,7 @@ use crate::cli::console::{self, Console};
 use crate::cli::delivery::{write_json, write_page};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::profile::{self, Profile};
 use crate::lab::render_page::RenderPage;
@@ -26,7 +27,7 @@ use std::time::Instant;
 pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     check(args)?;
     let begin = Instant::now();
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, console)?;
     let mut phases = vec![Phase::since("parse scene", begin)];
     let settings = settings(args, &scene);
     progress::catch_interrupts()?;

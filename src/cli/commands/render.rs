@@ -8,6 +8,7 @@ use crate::cli::console::Console;
 use crate::cli::delivery::{Deliver, settings, validated, writable};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
@@ -15,7 +16,6 @@ use crate::render::{Renderer, ResumeState, Tiles};
 use crate::report::Report;
 use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
-use crate::scene::Scene;
 use std::io::{self, IsTerminal};
 use std::time::Instant;
 
@@ -31,7 +31,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, console)?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
     let reference = Reference::of(args, &settings)?;

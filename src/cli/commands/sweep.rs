@@ -5,18 +5,18 @@ use crate::cli::args::{Size, SweepArgs};
 use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::lab::sweep::axes::{Axis, Value, grid};
 use crate::lab::sweep::{Plan, Record, SweepError, Watch, run as sweep};
 use crate::render::{Observer, Renderer};
 use crate::report::table::{Align, Table};
-use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use crate::units::{figure, seconds};
 use anyhow::Context;
 
 /// Runs a sweep and prints the Pareto front.
 pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, console)?;
     // The grid is checked before the device is opened: a mistake in it costs nothing.
     grid(&scene, &args.over).map_err(Failure::Usage)?;
     std::fs::create_dir_all(&args.output)
