@@ -136,11 +136,11 @@ fn mistakes_below_a_camera() {
         (polygon("[[0, 0, 0], [1, 0, 0], [2, 0, 0]]"), 7, 12, "polygon 1", "without area"),
         (polygon("[[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0]]"), 7, 12, "polygon 1", "not planar"),
         (
-            polygon("[[0, 0, 0], [2, 0, 0], [0.5, 0.5, 0], [0, 2, 0]]"),
+            polygon("[[0, 0, 0], [4, 4, 0], [4, 0, 0], [1, 3, 0]]"),
             7,
             12,
             "polygon 1",
-            "not convex at corner 3",
+            "the side from corner 1 meets the side from corner 3",
         ),
         (polygon("[[0, 0, 0], [1, 0], [0, 1, 0]]"), 7, 24, "polygon 1", "2 numbers"),
         (

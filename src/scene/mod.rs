@@ -18,6 +18,7 @@ mod read_options;
 mod table;
 mod transform;
 mod tokens;
+mod triangulate;
 
 pub use error::SceneError;
 pub use notes::{Note, Notes};
@@ -49,7 +50,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Analytic spheres.
     pub spheres: Vec<Sphere>,
-    /// Planar convex polygons.
+    /// Planar polygons.
     pub polygons: Vec<Polygon>,
     /// Triangle meshes, already scaled, rotated and moved to their place.
     pub meshes: Vec<Mesh>,
@@ -179,7 +180,7 @@ pub struct Sphere {
     pub material: usize,
 }
 
-/// A planar convex polygon with at least three corners. A refracting polygon is a thin sheet: it
+/// A planar polygon with at least three corners, convex or not. A refracting polygon is a thin sheet: it
 /// bounds no solid, and what it refracts goes straight on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
@@ -187,6 +188,8 @@ pub struct Polygon {
     pub vertices: Vec<DVec3>,
     /// Unit normal (given, or from the corners).
     pub normal: DVec3,
+    /// Its triangles, as indices of corners; empty if they fan from the first corner, as in [`Polygon::fan`].
+    pub cut: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
 }
@@ -200,7 +203,7 @@ pub struct Mesh {
     pub vertices: Vec<DVec3>,
     /// Unit vectors; empty if the file has none.
     pub normals: Vec<DVec3>,
-    /// Triangles (larger faces of the file are fanned from their first corner).
+    /// Triangles (larger faces of the file are cut).
     pub faces: Vec<Face>,
 }
 
@@ -230,9 +233,9 @@ impl Mesh {
 }
 
 impl Scene {
-    /// Number of triangles after the polygons are fanned.
+    /// Number of triangles after the polygons are cut.
     pub fn triangle_count(&self) -> usize {
-        self.polygons.iter().map(|p| p.vertices.len() - 2).sum::<usize>()
+        self.polygons.iter().map(Polygon::triangle_count).sum::<usize>()
             + self.meshes.iter().map(|m| m.faces.len()).sum::<usize>()
     }
 }

@@ -284,13 +284,20 @@ impl Reader {
         })
     }
 
-    fn polygon(&self, table: &Table) -> Result<Polygon, SceneError> {
+    fn polygon(&mut self, table: &Table) -> Result<Polygon, SceneError> {
         table.only(&["vertices", "normal", "material"])?;
         let corners = table.need("vertices", "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
         let items = corners.items("a list of corners", "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
         let mut vertices = items.iter().map(Value::position).collect::<Result<Vec<_>, _>>()?;
-        let mut normal =
-            polygon::normal(&vertices).map_err(|(message, remedy)| corners.error(message, remedy))?;
+        if polygon::drop_repeated(&mut vertices) {
+            corners.assume(
+                &mut self.reading,
+                "corners of a polygon that repeat the one before count once",
+                "remove the corner",
+            )?;
+        }
+        let at_corners = |(message, remedy): polygon::Fault| corners.error(message, remedy);
+        let mut normal = polygon::normal(&vertices).map_err(at_corners)?;
         if let Some(written) = table.get("normal") {
             let direction = written.direction()?;
             if direction.cross(normal).length() > polygon::NORMAL_LEAN {
@@ -305,7 +312,8 @@ impl Reader {
                 normal = -normal;
             }
         }
-        Ok(Polygon { vertices, normal, material: self.material(&table.need("material", "\"white\"")?)? })
+        let cut = polygon::cut(&vertices).map_err(at_corners)?;
+        Ok(Polygon { vertices, normal, cut, material: self.material(&table.need("material", "\"white\"")?)? })
     }
 
     fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {

@@ -66,7 +66,7 @@ pub fn sphere(center: [f64; 3], radius: f64, material: usize) -> Sphere {
 pub fn polygon(vertices: &[[f64; 3]], material: usize) -> Polygon {
     let vertices: Vec<DVec3> = vertices.iter().map(|v| DVec3::from(*v)).collect();
     let normal = (vertices[1] - vertices[0]).cross(vertices[2] - vertices[0]).normalize();
-    Polygon { vertices, normal, material }
+    Polygon::fan(vertices, normal, material)
 }
 
 /// A mesh without normals.
