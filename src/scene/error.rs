@@ -163,10 +163,7 @@ mod tests {
     fn nothing_reaches_the_terminal_but_text() {
         let source = Source { file: Path::new("a\u{1b}[2J.obj"), text: b"x" };
         let error = source.error(0, "mesh", "a\u{1b}]0;title\u{7}\u{202e}é", "\0").to_string();
-        assert_eq!(
-            error,
-            "a\\u{1b}[2J.obj:1:1: mesh: a\\u{1b}]0;title\\u{7}\\u{202e}é\n  help: \\u{0}"
-        );
+        assert_eq!(error, "a\\u{1b}[2J.obj:1:1: mesh: a\\u{1b}]0;title\\u{7}\\u{202e}é\n  help: \\u{0}");
         assert!(source.error(0, "", "x".repeat(1 << 20), "").to_string().len() < 2 * LONGEST);
     }
 

@@ -2,6 +2,7 @@
 //! and already checked. [`Scene::load`] and [`Scene::parse`] (and their `_with` forms) are the only ways from text to a [`Scene`].
 //! A scene that is built by hand must keep the ranges that the fields state: rendering relies on them.
 
+mod beside;
 pub mod bounds;
 mod error;
 mod library;
@@ -11,11 +12,14 @@ mod mtl;
 mod notes;
 mod obj;
 mod parse;
+mod place;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
 mod read_options;
 mod table;
+mod text;
+mod texture;
 mod transform;
 mod tokens;
 mod triangulate;
@@ -155,9 +159,45 @@ pub struct Material {
     pub ior: f64,
     /// Where solids overlap, the one of highest priority fills the space; of equal ones the last entered.
     pub priority: i32,
+    /// What its file says that is not drawn; none if there is nothing.
+    pub undrawn: Option<Box<Undrawn>>,
+}
+
+/// Properties of a material that are kept but not drawn.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Undrawn {
+    /// Colour of the highlight, linear RGB (MTL: `Ks`).
+    pub specular: Option<DVec3>,
+    /// Exponent of the highlight (MTL: `Ns`).
+    pub shininess: Option<f64>,
+    /// Textures, in the order of the file.
+    pub textures: Vec<TextureFile>,
+}
+
+/// A texture that a material names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TextureFile {
+    /// The keyword that names it: `map_Kd`.
+    pub role: &'static str,
+    /// Its file; it may not exist.
+    pub file: PathBuf,
 }
 
 impl Material {
+    /// A material named `name` with all defaults: diffuse 0.8, ambient 0.1, neither mirror nor glass.
+    pub fn matte(name: &str) -> Material {
+        Material {
+            name: name.to_owned(),
+            diffuse: DVec3::splat(0.8),
+            ambient: material::AMBIENT,
+            secondary: 0.0,
+            fresnel: Fresnel::Constant(1.0),
+            ior: material::IOR,
+            priority: 0,
+            undrawn: None,
+        }
+    }
+
     /// True if a ray goes on through this material: it bounds a solid.
     pub fn refracts(&self) -> bool {
         self.secondary > 0.0 && self.fresnel.transmits()

@@ -36,8 +36,7 @@ pub(super) fn read(
     source: Source,
     wanted: Wanted,
     library: &mut Library,
-    _reading: &mut Reading,
+    reading: &mut Reading,
 ) -> Result<Model, SceneError> {
-    let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
-    Ok(Model { meshes: vec![mesh], ..Model::default() })
+    obj::read(source, wanted, library, reading)
 }

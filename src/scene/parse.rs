@@ -5,10 +5,8 @@ use super::library::Library;
 use super::model::{Model, Wanted};
 use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{
-    Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere, Transform,
-};
-use super::{material, model, polygon};
+use super::{Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere};
+use super::{material, model, place, polygon};
 use glam::DVec3;
 use std::path::Path;
 use std::str::FromStr;
@@ -317,18 +315,13 @@ impl Reader {
     }
 
     fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {
-        table.only(&["file", "material", "scale", "rotate", "translate"])?;
+        table.only(&["file", "node", "material", "matrix", "scale", "rotate", "translate"])?;
         let name = table.need("file", "\"cube.obj\"")?.text("\"cube.obj\"")?.to_owned();
         table.object = format!("mesh `{name}`");
         let file = table.need("file", "\"cube.obj\"")?;
         let whole = table.get("material").map(|value| self.material(&value)).transpose()?;
-        let sizes = MIN_LENGTH..=MAX_LENGTH;
-        let scale = table.get("scale").map_or(Ok(1.0), |value| {
-            value.number_where(|s| sizes.contains(&s), &format!("greater than 0, at most {MAX_LENGTH:e}"))
-        })?;
-        let rotate = table.get("rotate").map_or(Ok(DVec3::ZERO), |value| value.vector())?;
-        let translate = table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.position())?;
-
+        let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
+        let place = place::of(&table)?;
         let path = table.source.file.parent().unwrap_or(Path::new("")).join(&name);
         let text = std::fs::read(&path).map_err(|e| {
             let message = format!("`{}` cannot be read", path.display());
@@ -336,8 +329,7 @@ impl Reader {
             SceneError { cause: Some(e), ..error }
         })?;
         let source = Source { file: &path, text: &text };
-        let place = Transform::new(scale, rotate, translate);
-        let wanted = Wanted { object: &table.object, material: whole, place, node: None };
+        let wanted = Wanted { object: &table.object, material: whole, place, node };
         model::read(source, wanted, &mut self.library, &mut self.reading)
     }
 }

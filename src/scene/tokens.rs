@@ -95,16 +95,6 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The rest of this line without its comment and outer blanks: a name may hold blanks.
-    pub fn rest(&mut self) -> Option<Word<'a>> {
-        let first = self.word()?;
-        let mut end = self.at;
-        while let Some(word) = self.word() {
-            end = word.offset + word.bytes.len();
-        }
-        Some(Word { bytes: &self.source.text[first.offset..end], offset: first.offset })
-    }
-
     /// The rest of this line without outer blanks, comment signs and all: a name may hold anything.
     pub fn line(&mut self) -> Option<Word<'a>> {
         let text = self.source.text;
@@ -219,13 +209,5 @@ mod tests {
         assert_eq!(name(b"\xba\xec"), "\\xba\\xec");
         assert_ne!(name(b"\xba\xec"), name(b"\xc0\xb6"));
         assert_eq!(Word { bytes: "é".repeat(100).as_bytes(), offset: 0 }.text(), "é".repeat(60) + "…");
-    }
-
-    #[test]
-    fn rest_keeps_inner_blanks() {
-        let source = Source { file: Path::new("t"), text: b"usemtl  my red  # comment" };
-        let mut words = Words::new(source, String::new());
-        words.keyword().unwrap();
-        assert_eq!(words.rest().unwrap().bytes, b"my red");
     }
 }

@@ -21,6 +21,7 @@ pub fn matte() -> Material {
         fresnel: Fresnel::Constant(1.0),
         ior: 1.0,
         priority: 0,
+        undrawn: None,
     }
 }
 

@@ -16,6 +16,7 @@ pub fn matte(diffuse: [f64; 3], ambient: f64) -> Material {
         fresnel: Fresnel::Constant(1.0),
         ior: 1.0,
         priority: 0,
+        undrawn: None,
     }
 }
 
