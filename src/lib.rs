@@ -35,6 +35,7 @@
 #[doc(hidden)]
 pub mod atomic_file;
 mod cache_folder;
+mod host_memory;
 #[doc(hidden)]
 pub mod stats;
 #[doc(hidden)]

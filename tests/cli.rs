@@ -337,10 +337,11 @@ fn an_interrupt_ends_with_130_and_a_partial_image() {
     let (folder, at) = folder();
     let words = ["--size", "120x100", "--samples", "1000000", "--batch-samples", "4"];
     let (last, code) = interrupted(&at("a.png"), &words);
-    assert!(last.starts_with("interrupted: ") && last.contains("a.png; it cannot be resumed"), "{last}");
+    assert!(last.starts_with("interrupted: "), "{last}");
+    assert!(last.contains("a.incomplete.png; it cannot be resumed"), "{last}");
     assert_eq!(code, Some(130));
-    assert_eq!(names(folder.path()), ["a.png"]);
-    assert!(fs::read(at("a.png")).unwrap().starts_with(PNG));
+    assert_eq!(names(folder.path()), ["a.incomplete.png"]);
+    assert!(fs::read(at("a.incomplete.png")).unwrap().starts_with(PNG));
 }
 
 #[cfg(unix)]
@@ -355,7 +356,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
         "{last}"
     );
     assert_eq!(code, Some(130));
-    assert_eq!(names(folder.path()), ["a.exr", "a.exr.partial"]);
+    assert_eq!(names(folder.path()), ["a.exr.partial", "a.incomplete.exr"]);
 
     // Another render does not go on from it, and says why.
     let other = whitted(&["render", SCENE, "-o", &output, "--device", "cpu", "--resume", "--samples", "2"])
@@ -366,7 +367,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
     for part in ["a.exr.partial", "--samples 3000", "--samples 2", "leave out --resume"] {
         assert!(text(&other.stderr).contains(part), "{part}: {}", text(&other.stderr));
     }
-    assert_eq!(names(folder.path()), ["a.exr", "a.exr.partial"]);
+    assert_eq!(names(folder.path()), ["a.exr.partial", "a.incomplete.exr"]);
 
     let report = at("a.json");
     let resume = ["render", SCENE, "-o", &output, "--device", "cpu", "--resume", "--report", &report];

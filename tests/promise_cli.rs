@@ -255,7 +255,7 @@ fn an_interrupted_error_resumes_to_the_same_image() {
     let (last, code) = interrupted(&bench.at("a.exr"), &slow);
     assert_eq!(code, Some(130), "{last}");
     assert!(last.contains("continue with --resume"), "{last}");
-    assert_eq!(bench.names(), ["a.exr", "a.exr.partial", "whole.exr"]);
+    assert_eq!(bench.names(), ["a.exr.partial", "a.incomplete.exr", "whole.exr"]);
 
     // Another request does not go on from it, nor does a plain render, and they say why.
     let cases: [(&[&str], &str); 4] = [

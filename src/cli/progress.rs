@@ -1,34 +1,114 @@
 //! Progress on standard error, and Ctrl-C.
 
 use crate::cli::failure::Code;
+use crate::cli::threads;
 use crate::render::Observer;
+use crate::vk::{self, Watch};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
-static STOP: AtomicBool = AtomicBool::new(false);
+/// When the first signal came.
+static STOPPED: OnceLock<Instant> = OnceLock::new();
+/// True once the work has seen the signal: it ends by itself.
+static SEEN: AtomicBool = AtomicBool::new(false);
+/// True once there are results to save.
+static WORKED: AtomicBool = AtomicBool::new(false);
 
-/// Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and the second end the process.
-/// Once per process.
+/// Signals that come within this time of the first are the same request: `timeout` signals the process and then its
+/// group, and a shell's Ctrl-C reaches a process and whoever started it, who passes it on.
+const SAME: Duration = Duration::from_secs(1);
+/// Time in which work without results must see a signal. Reading, building and compiling look for none.
+const DEAF: Duration = Duration::from_millis(1500);
+
+/// What a signal asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Request {
+    /// To stop and save.
+    Stop,
+    /// Nothing new.
+    Same,
+    /// To end at once.
+    End,
+}
+
+/// What a signal asks for that comes so long after the first; None for the first.
+fn request(since_first: Option<Duration>) -> Request {
+    match since_first {
+        None => Request::Stop,
+        Some(time) if time < SAME => Request::Same,
+        Some(_) => Request::End,
+    }
+}
+
+/// To be called before a device is opened. Makes the first Ctrl-C (or SIGTERM, SIGHUP) ask the render to stop, and one that comes later end the process. Once
+/// per process.
 pub fn catch_interrupts() -> Result<()> {
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(Code::Interrupted as i32);
+    threads::check()?;
+    vk::watch(Watch { stopped: interrupted, long: tell_of_wait });
+    ctrlc::set_handler(|| match request(STOPPED.get().map(Instant::elapsed)) {
+        Request::Same => {}
+        Request::End => end("ended at once; nothing more was saved"),
+        Request::Stop => {
+            STOPPED.get_or_init(Instant::now);
+            // Standard error may be gone; stopping matters more than saying so.
+            let _ = writeln!(
+                io::stderr(),
+                "\nstopping after the work in flight; press Ctrl-C again to end at once and save nothing"
+            );
+            // Without a thread to spare the work is waited for.
+            let _ = thread::Builder::new().spawn(|| {
+                thread::sleep(DEAF);
+                if !SEEN.load(Ordering::SeqCst) && !WORKED.load(Ordering::SeqCst) {
+                    end("interrupted before the first pixel; nothing was written");
+                }
+            });
         }
-        // Standard error may be gone; stopping matters more than saying so.
-        let _ = writeln!(
-            io::stderr(),
-            "\nstopping after the work in flight; press Ctrl-C again to end at once and save nothing"
-        );
     })
-    .context("cannot watch for Ctrl-C")
+    .context("cannot watch for Ctrl-C, which needs a thread")
+}
+
+fn end(why: &str) {
+    let _ = writeln!(io::stderr(), "{why}");
+    vk::end(Code::Interrupted as u8);
 }
 
 /// True after a Ctrl-C.
 pub fn interrupted() -> bool {
-    STOP.load(Ordering::SeqCst)
+    let stopped = STOPPED.get().is_some();
+    if stopped {
+        SEEN.store(true, Ordering::SeqCst);
+    }
+    stopped
+}
+
+/// What is on standard error now.
+struct Shown {
+    style: Style,
+    bar: Option<ProgressBar>,
+}
+
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { style: Style::Hidden, bar: None });
+
+/// Says what a driver has been at for a long time: most often a kernel that it compiles.
+fn tell_of_wait(at: &str, waited: Duration) {
+    let shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = format!("the driver has been at {at} for {} s", waited.as_secs());
+    match (&shown.bar, shown.style) {
+        (Some(bar), Style::Bar) => bar.println(text),
+        (_, Style::Hidden) => {}
+        // A closed standard error must not end the render.
+        _ => drop(writeln!(io::stderr(), "{text}")),
+    }
+}
+
+fn show(bar: Option<ProgressBar>) {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner).bar = bar;
 }
 
 /// How progress is shown.
@@ -45,11 +125,13 @@ pub enum Style {
 impl Style {
     /// A bar on a terminal; elsewhere lines, if asked for.
     pub fn choose(quiet: bool, verbose: bool) -> Style {
-        match (quiet, io::stderr().is_terminal(), verbose) {
+        let style = match (quiet, io::stderr().is_terminal(), verbose) {
             (true, _, _) | (false, false, false) => Style::Hidden,
             (false, true, _) => Style::Bar,
             (false, false, true) => Style::Lines,
-        }
+        };
+        SHOWN.lock().unwrap_or_else(PoisonError::into_inner).style = style;
+        style
     }
 }
 
@@ -73,12 +155,14 @@ impl Progress {
             bar.set_style(look.progress_chars("=> "));
         }
         bar.set_message(label.to_owned());
+        show(Some(bar.clone()));
         Progress { style, bar, label: label.to_owned(), spoke: Instant::now() }
     }
 }
 
 impl Observer for Progress {
     fn progress(&mut self, done: u64, total: u64) {
+        WORKED.store(true, Ordering::SeqCst);
         self.bar.set_length(total);
         self.bar.set_position(done);
         if self.style == Style::Lines && self.spoke.elapsed() >= Duration::from_secs(1) {
@@ -96,6 +180,7 @@ impl Observer for Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        show(None);
     }
 }
 
@@ -111,6 +196,13 @@ mod tests {
     fn lines_say_the_share() {
         assert_eq!(line("cornell", 1, 8), "cornell: 12.5 %");
         assert_eq!(line("cornell", 0, 0), "cornell: 0.0 %");
+    }
+
+    #[test]
+    fn a_signal_at_once_is_the_same_one() {
+        let after = |seconds| request(Some(Duration::from_secs_f64(seconds)));
+        assert_eq!((request(None), after(0.0), after(0.9)), (Request::Stop, Request::Same, Request::Same));
+        assert_eq!((after(1.1), after(60.0)), (Request::End, Request::End));
     }
 
     #[test]

@@ -10,15 +10,34 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Path of a state file, which need not exist.
-pub(super) struct StateFile(PathBuf);
+/// A state file, which need not exist.
+pub(super) struct StateFile {
+    /// Where `--resume` looks: `OUT.partial`.
+    path: PathBuf,
+    /// Where this render writes: `path`, or beside it if that holds an unfinished render that this one does not
+    /// continue.
+    to: PathBuf,
+}
 
 impl StateFile {
-    /// The state file of an image file.
-    pub(super) fn of(image: &Path) -> StateFile {
-        let mut name = image.as_os_str().to_owned();
-        name.push(".partial");
-        StateFile(name.into())
+    /// The state file of an image file, for a render that continues what is there or starts anew.
+    pub(super) fn of(image: &Path, resume: bool) -> StateFile {
+        let path = named(image, "");
+        let to = match resume || !exists(&path) {
+            true => path.clone(),
+            false => free(image),
+        };
+        StateFile { path, to }
+    }
+
+    /// The file that this render may write.
+    pub(super) fn to(&self) -> &Path {
+        &self.to
+    }
+
+    /// True if there is an unfinished render.
+    pub(super) fn exists(&self) -> bool {
+        exists(&self.path)
     }
 
     /// The stored state if `resume` is set; otherwise only warns if there is one.
@@ -27,10 +46,10 @@ impl StateFile {
         resume: bool,
         console: &mut Console,
     ) -> Result<Option<ResumeState<P>>, Failure> {
-        let name = self.0.display();
-        match (self.0.exists(), resume) {
+        let name = self.path.display();
+        match (exists(&self.path), resume) {
             (true, true) => {
-                let read = File::open(&self.0).and_then(|mut file| ResumeState::read(&mut file));
+                let read = File::open(&self.path).and_then(|mut file| ResumeState::read(&mut file));
                 Ok(Some(read.map_err(|error| self.refuse(&error))?))
             }
             (true, false) => {
@@ -58,7 +77,7 @@ impl StateFile {
     fn refuse(&self, why: &dyn std::fmt::Display) -> Failure {
         Failure::Other(anyhow!(
             "cannot continue {}: {why}; restore what differs, or leave out --resume to start from the beginning",
-            self.0.display()
+            self.path.display()
         ))
     }
 
@@ -69,19 +88,54 @@ impl StateFile {
         report: &Report,
     ) -> Result<String, Failure> {
         state.time = report.time.clone();
-        let name = self.0.display();
-        atomic_file::write(&self.0, |out| state.write(out))
+        let name = self.to.display();
+        atomic_file::write(&self.to, |out| state.write(out))
             .with_context(|| format!("cannot write {name}"))?;
-        Ok(format!("continue with --resume (state in {name})"))
+        Ok(match self.to == self.path {
+            true => format!("continue with --resume (state in {name})"),
+            false => format!(
+                "the state is in {name}: rename it to {} to continue it with --resume",
+                self.path.display()
+            ),
+        })
     }
 
     /// Removes it once the image is whole.
     pub(super) fn remove(&self) -> Result<(), Failure> {
-        match fs::remove_file(&self.0) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(anyhow!("cannot remove {}: {error}", self.0.display()).into())
-            }
-            _ => Ok(()),
+        remove(&self.path)
+    }
+}
+
+/// `IMAGE.partial`, and what follows it.
+fn named(image: &Path, end: &str) -> PathBuf {
+    let mut name = image.as_os_str().to_owned();
+    name.push(format!(".partial{end}"));
+    name.into()
+}
+
+/// The first of `IMAGE.partial.2`, `IMAGE.partial.3` and so on that does not exist.
+fn free(image: &Path) -> PathBuf {
+    let mut number = 2u64;
+    loop {
+        let path = named(image, &format!(".{number}"));
+        if !exists(&path) {
+            return path;
         }
+        number += 1;
+    }
+}
+
+/// A link that leads nowhere is there as well.
+fn exists(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+/// Removes a file that may be missing.
+pub(super) fn remove(path: &Path) -> Result<(), Failure> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(anyhow!("cannot remove {}: {error}", path.display()).into())
+        }
+        _ => Ok(()),
     }
 }

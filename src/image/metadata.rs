@@ -31,6 +31,12 @@ impl Metadata {
         if let Some([x0, y0, x1, y1]) = settings.crop {
             about += &format!(", crop {x0},{y0},{x1},{y1}");
         }
+        if settings.cutoff > 0.0 {
+            about += &format!(", cutoff {}", settings.cutoff);
+        }
+        if settings.replicates > 1 {
+            about += &format!(", replicates {}", settings.replicates);
+        }
         if done < 1.0 && report.asked.time.is_some() {
             about += &format!(", only {:.1} % of the pixels traced", 100.0 * done);
         } else if done < 1.0 {
@@ -44,6 +50,10 @@ impl Metadata {
             ("Device", &device.name),
             ("Driver", &format!("{}, Vulkan {}", device.driver, device.api)),
         ]);
+        if !scene.variables.is_empty() {
+            // A list of strings has a JSON text.
+            metadata.add("Variables", serde_json::to_string(&scene.variables).unwrap_or_default());
+        }
         let rays = &report.rays;
         metadata.add(
             "Rays",

@@ -1,5 +1,6 @@
 //! One render in progress: tiles, batches, submits.
 
+use super::parts::{Again, Parts};
 use super::tally::Tally;
 use super::upload::uploads;
 use super::{Observer, RenderError};
@@ -12,7 +13,7 @@ use crate::prepare::Packed;
 use crate::report::test_counts::tests_of;
 use crate::report::timeline::Submit;
 use crate::settings::Settings;
-use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
+use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, Timed, VkError};
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -39,6 +40,7 @@ const TRANSIENT: &[Buf] = &[
     Buf::Contributions,
     Buf::SampleRadiance,
     Buf::Paths,
+    Buf::Walks,
 ];
 
 /// The pixels rendered so far: whole tiles, and the tile that was cut short.
@@ -86,7 +88,10 @@ impl Part {
 
 /// The batches of a plan: its buffers and recorder, and the batch size that fits the scene.
 pub(crate) struct Batches {
+    pub(super) device: Rc<Device>,
     pub(crate) pipelines: Rc<Pipelines>,
+    /// For batches whose walks do not end in one dispatch, from the first of them on.
+    pub(crate) parts: Option<Box<Parts>>,
     pub(crate) buffers: Buffers,
     pub(crate) recorder: Recorder,
     pub(super) settings: Settings,
@@ -96,7 +101,7 @@ pub(crate) struct Batches {
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
-    pub(super) poison: bool,
+    pub(super) poisoned: bool,
     /// Submits so far, where they are to be kept; each then holds one batch.
     pub(super) trace: Option<Vec<Submit>>,
 }
@@ -126,6 +131,8 @@ impl Batches {
             })?;
         }
         Ok(Batches {
+            device: Rc::clone(device),
+            parts: None,
             pipelines,
             buffers,
             recorder,
@@ -134,7 +141,7 @@ impl Batches {
             lights: plan.specialisation.light_count,
             batch_samples: plan.batch_samples,
             rate: 0.0,
-            poison: false,
+            poisoned: false,
             trace: None,
         })
     }
@@ -172,6 +179,7 @@ impl Batches {
         let mut cut = Tally::default();
         while let Some(tile) = work.pop() {
             match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
+                End::Done(0, _) => break,
                 End::Done(samples, tally) => {
                     let (film, _) = self.film(tile.pixels())?;
                     let sums = self.plan.specialisation.film_sums() as usize;
@@ -240,12 +248,13 @@ impl Batches {
         let mut tally = Tally { tiles: 1, pixels, ..Tally::default() };
         let mut first = samples.start;
         while first < samples.end {
+            // A submit with a walk that does not end is void, but it has changed the film.
+            let held = match first > samples.start && self.parts.is_some() {
+                true => Some(self.film(part.pixels)?),
+                false => None,
+            };
             self.recorder.begin()?;
-            if self.poison {
-                for buffer in TRANSIENT {
-                    self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
-                }
-            }
+            self.poison();
             if first == samples.start {
                 if film.is_none() {
                     self.recorder.fill(&self.buffers, Buf::Film, 0);
@@ -256,7 +265,7 @@ impl Batches {
             self.recorder.fill(&self.buffers, Buf::Counters, 0);
             let begin = first;
             let most = self.samples_per_submit(part);
-            let mut per_batch = 0;
+            let (mut per_batch, mut batches) = (0, 0);
             while first < samples.end
                 && (first == begin || first - begin < most)
                 && self.recorder.dispatches() + per_batch <= DISPATCHES_MAX
@@ -266,22 +275,37 @@ impl Batches {
                 self.batch(part, first..first + batch, samples.clone(), self.settings.depth)?;
                 per_batch = self.recorder.dispatches() - before;
                 first += batch;
-                tally.batches += 1;
+                batches += 1;
             }
-            let counts = self.buffers.bytes(Buf::DepthCounts);
-            self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
-            self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
-            let timed = self.recorder.submit(&self.buffers)?;
+            self.download_counts();
+            let timed = match self.recorder.submit(&self.buffers) {
+                // Nothing of this part can be read any more.
+                Err(VkError::Interrupted { .. }) => return Ok(End::Done(0, tally)),
+                timed => timed?,
+            };
             self.note(u64::from(first - begin) * pixels, pixels, &timed);
-            if self.read_counts(&mut tally) {
+            if self.read_counter(abi::COUNTER_UNFINISHED) != 0 {
+                let (from, film, marks) = match held {
+                    Some((film, marks)) => (begin, Some(film), Some(marks)),
+                    None => (samples.start, film.map(<[Film]>::to_vec), None),
+                };
+                if from < begin {
+                    tally = Tally { tiles: 1, pixels, ..Tally::default() };
+                }
+                let again = Again { part, samples: from..first, range: samples.clone(), film, marks };
+                let done = done + u64::from(from - samples.start) * pixels;
+                match self.samples_again(again, &mut tally, observer, done, total)? {
+                    None => return Ok(End::Overflow),
+                    Some(end) if end < first => return Ok(End::Done(end - samples.start, tally)),
+                    Some(_) => {}
+                }
+            } else if self.read_overflow() {
                 return Ok(End::Overflow);
+            } else {
+                self.add_counts(&mut tally);
+                tally.batches += batches;
+                self.add_traced(&mut tally, u64::from(first - begin) * pixels, &timed);
             }
-            let traced = u64::from(first - begin) * pixels;
-            tally.depths[0][0] += traced;
-            tally.samples += traced;
-            tally.add_timings(&timed);
-            let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
-            self.rate = seconds / traced as f64;
             observer.progress(done + u64::from(first - samples.start) * pixels, total);
             if observer.cancelled() {
                 break;
@@ -302,30 +326,75 @@ impl Batches {
         (SUBMIT_SECONDS / per_sample).min(counted).max(1.0) as u32
     }
 
-    /// Adds the submit's counts; true if a queue was too small.
-    fn read_counts(&mut self, tally: &mut Tally) -> bool {
+    /// Fills what the kernels write with NaN, if it is to be.
+    pub(super) fn poison(&mut self) {
+        if self.poisoned {
+            for buffer in TRANSIENT {
+                self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
+            }
+        }
+    }
+
+    /// Records that the counts go to the staging buffer.
+    pub(super) fn download_counts(&mut self) {
+        let counts = self.buffers.bytes(Buf::DepthCounts);
+        self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
+        self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
+    }
+
+    /// One of the counters that were downloaded.
+    fn read_counter(&mut self, counter: u32) -> u32 {
+        let at = self.buffers.bytes(Buf::DepthCounts) as usize + 4 * counter as usize;
+        bytemuck::pod_read_unaligned(&self.buffers.staging_bytes()[at..at + 4])
+    }
+
+    /// True if a queue was too small, by the counts that were downloaded.
+    pub(super) fn read_overflow(&mut self) -> bool {
+        self.read_counter(abi::COUNTER_QUEUE_OVERFLOW) != 0
+    }
+
+    /// Adds samples and their times, from which the next submit is sized.
+    pub(super) fn add_traced(&mut self, tally: &mut Tally, traced: u64, timed: &[Timed]) {
+        tally.depths[0][0] += traced;
+        tally.samples += traced;
+        tally.add_timings(timed);
+        let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
+        self.rate = seconds / traced as f64;
+    }
+
+    /// Adds the counts that were downloaded.
+    pub(super) fn add_counts(&mut self, tally: &mut Tally) {
         let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
         let end = bytes + self.buffers.bytes(Buf::Counters) as usize;
         let staging = self.buffers.staging_bytes();
         let depths: Vec<DepthCount> = bytemuck::pod_collect_to_vec(&staging[..bytes]);
         let counters: Vec<u32> = bytemuck::pod_collect_to_vec(&staging[bytes..end]);
-        if counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
-            return true;
-        }
         let counted = Tally {
             depths: depths
                 .iter()
                 .map(|d| [d.traced, d.reflections, d.refractions, d.shadow].map(u64::from))
                 .collect(),
-            counters: std::array::from_fn(|i| u64::from(counters[i])),
+            // Walks that went on have ended.
+            counters: std::array::from_fn(|i| match i as u32 {
+                abi::COUNTER_UNFINISHED => 0,
+                _ => u64::from(counters[i]),
+            }),
             tests: tests_of(&counters),
             ..Tally::default()
         };
         tally.add(&counted);
-        false
     }
 
-    /// Records the dispatches for `samples` of every pixel of `part`, some of the `range` that the film sums.
+    /// `samples` of every pixel of `part`, some of the `range` that the film sums.
+    pub(super) fn batch_of(&self, part: &Part, samples: Range<u32>, range: Range<u32>, depth: u32) -> Batch {
+        let Part { x, y, width, pixels } = *part;
+        let (first_sample, samples) = (samples.start, samples.end - samples.start);
+        let range = (range.start, range.end - range.start);
+        let last_depth = self.plan.max_depth.last_depth(depth, self.settings.cutoff);
+        Batch { x, y, width, pixels, first_sample, samples, range, last_depth }
+    }
+
+    /// Records the dispatches of [`Batches::batch_of`].
     fn batch(
         &mut self,
         part: &Part,
@@ -333,18 +402,15 @@ impl Batches {
         range: Range<u32>,
         depth: u32,
     ) -> Result<(), VkError> {
-        let Part { x, y, width, pixels } = *part;
-        let (first_sample, samples) = (samples.start, samples.end - samples.start);
-        let range = (range.start, range.end - range.start);
-        let last_depth = self.plan.max_depth.last_depth(depth, self.settings.cutoff);
-        let batch = Batch { x, y, width, pixels, first_sample, samples, range, last_depth };
+        let batch = self.batch_of(part, samples, range, depth);
+        let pixels = part.pixels;
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;
-        for step in dispatches(&self.plan, last_depth) {
+        for step in dispatches(&self.plan, batch.last_depth) {
             let items = match step.pass.size {
                 Size::Samples => batch.rays(),
                 Size::Pixels => pixels,
-                Size::Rays | Size::One => 0,
+                Size::Rays | Size::Walks | Size::One => 0,
             };
             let Step { pass, depth, .. } = step;
             let dispatch = Dispatch { pass, depth, push: step.push(push), items };

@@ -4,7 +4,9 @@ mod batches;
 mod convergence;
 mod error;
 mod identity;
+mod parts;
 mod pixel_tests;
+mod precision;
 mod prepared;
 mod resume_state;
 pub mod samples;
@@ -31,6 +33,7 @@ use crate::image::{self, SaveError, View};
 use crate::kernel::defects::Defect;
 use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::explain::explain;
+use crate::plan::host_memory::{self, HostWork};
 use crate::plan::{Plan, PlannedScene, Purpose};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
@@ -40,6 +43,7 @@ use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines};
 pub(crate) use batches::Batches;
+use precision::Chosen;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -171,27 +175,20 @@ impl Renderer {
         &self.arithmetic
     }
 
-    /// The settings that this device can keep, and why they differ from those asked for.
-    pub(crate) fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
-        let faults = self.arithmetic.single.faults();
-        if asked.precision != Precision::Robust || faults.is_empty() {
-            return (asked.clone(), Vec::new());
-        }
-        let why = faults.join("; ");
-        match self.arithmetic.double {
-            Some(double) if double.faults().is_empty() => (
-                Settings { precision: Precision::Double, ..asked.clone() },
-                vec![format!(
-                    "rendered in f64 because the f32 arithmetic of this device is unreliable: {why}"
-                )],
-            ),
-            _ => (
-                asked.clone(),
-                vec![format!(
-                    "error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}"
-                )],
-            ),
-        }
+    /// The settings in force for `scene`, their precision settled, and what the user should know of it.
+    pub(crate) fn settled(&self, scene: &Scene, asked: &Settings) -> (Settings, Vec<String>) {
+        self.trusted(asked, &self.recipe(scene))
+    }
+
+    /// The settings that this device can keep for a scene packed by `recipe`, its precision settled, and what the user
+    /// should know of it.
+    pub(crate) fn trusted(&self, asked: &Settings, recipe: &Recipe) -> (Settings, Vec<String>) {
+        let (single, double) = (self.arithmetic.single.faults(), self.arithmetic.double);
+        let sound = double.is_some_and(|double| double.faults().is_empty());
+        let chosen = Chosen { single: &single, sound_double: sound && self.device.has_double() };
+        let near = recipe.local_frame.near.as_ref();
+        let near = near.filter(|near| !near.single_is_enough(recipe.shape, asked));
+        chosen.precision(asked, near.map(|near| (near, recipe.shape)))
     }
 
     /// Warnings and errors of the validation layer so far.
@@ -220,9 +217,9 @@ impl Renderer {
         (self.recipe)(scene)
     }
 
-    /// The local frame that the kernels see `scene` in.
+    /// The local frame of `scene` for rays that start anywhere.
     pub(crate) fn local_frame(&self, scene: &Scene) -> LocalFrame {
-        self.recipe(scene).local_frame
+        self.recipe(scene).for_any_ray(scene).local_frame
     }
 
     /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
@@ -307,11 +304,14 @@ impl Renderer {
         purpose: Purpose,
     ) -> Result<Built, RenderError> {
         let start = Instant::now();
-        let (settings, warnings) = self.trusted(settings);
+        let recipe = self.recipe(scene);
+        let (settings, warnings) = self.trusted(settings, &recipe);
         self.check_precision(&settings)?;
+        if purpose == Purpose::Survey {
+            host_memory::check(settings.region(), HostWork::Image, 0, crate::host_memory::free())?;
+        }
         let limits = self.device.limits();
-        let planned =
-            PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
+        let planned = PlannedScene::with(recipe, scene, &settings, &limits, purpose, self.brute_force);
         Ok(Built::new(planned, warnings, start))
     }
 
@@ -323,6 +323,8 @@ impl Renderer {
 
     /// Compiles kernels and fills buffers for what [`Renderer::build`] planned.
     pub(crate) fn prepare_built(&mut self, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
+        let region = built.planned.settings.region();
+        host_memory::check(region, HostWork::Image, 0, crate::host_memory::free())?;
         Prepared::new(self, scene, built)
     }
 

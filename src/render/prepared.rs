@@ -69,11 +69,12 @@ impl Prepared {
         let (pipelines, fresh) = renderer.pipelines(plan, settings.precision)?;
         let camera = planned.packed.camera(scene, settings);
         let mut batches = Batches::new(&renderer.device, pipelines, &planned.packed, camera, settings, plan)?;
-        batches.poison = renderer.poison;
+        batches.poisoned = renderer.poison;
         if fresh {
             batches.warm_up()?;
         }
         trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
+        warnings.extend(renderer.device.notes().iter().cloned());
         warnings.extend(coincident_solids::warnings(scene));
         Ok(Prepared {
             batches,

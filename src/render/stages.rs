@@ -32,6 +32,7 @@ impl Batches {
                 let film: Vec<Film> = places.flat_map(|at| &films[at..at + sums]).copied().collect();
                 let film = (first > 0).then_some(&film[..]);
                 match self.samples_onto(film, &Part::from(&tile), first..end, observer, done, total)? {
+                    End::Done(0, _) => return Ok((done as f64 / total as f64, tally)),
                     End::Done(traced, mut counted) => {
                         let (film, _) = self.film(tile.pixels())?;
                         for (sets, at) in film.chunks(sums).zip(tile.offsets(region)) {

@@ -91,6 +91,7 @@ impl Tally {
                 spheres: packed.scene_features.spheres,
                 lights: packed.scene_features.lights,
                 notes: Vec::new(),
+                variables: Vec::new(),
                 local_frame: LocalFrameInfo {
                     center: packed.local_frame.center.to_array(),
                     scale_log2: packed.local_frame.scale_log2,
@@ -122,7 +123,7 @@ impl Tally {
             let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the pass table");
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
-                Size::Rays => at,
+                Size::Rays | Size::Walks => at,
                 Size::Samples => self.samples,
                 Size::Pixels => self.pixels,
                 Size::One => *launches,

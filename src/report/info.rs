@@ -52,6 +52,9 @@ pub struct SceneInfo {
     /// What was assumed in reading the scene's files, or left out; absent if nothing was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// `name=value` of each `${name}` in the scene's text; absent if there is none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub variables: Vec<String>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
 }

@@ -1,6 +1,7 @@
 //! The MTL files that meshes name, each read once; their materials join the scene when first used.
 
 use super::error::{SceneError, Source, did_you_mean, list, unreadable};
+use super::material::plain;
 use super::mtl::{self, Textures, Written};
 use super::notes::Reading;
 use super::{Material, text, tokens};
@@ -99,6 +100,11 @@ impl Library {
         Ok(self.files.len() - 1)
     }
 
+    /// The MTL files read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(|file| file.path.as_path())
+    }
+
     /// Index of material `name` in the first of `files` that has it: as written, or else, unless the reading is strict, in
     /// other letter case.
     pub fn find(
@@ -123,7 +129,7 @@ impl Library {
     /// Index of the material of faces that have none.
     pub fn default_material(&mut self) -> usize {
         *self.default.get_or_insert_with(|| {
-            self.materials.push(Material::matte("default"));
+            self.materials.push(plain("default"));
             self.materials.len() - 1
         })
     }

@@ -5,36 +5,49 @@
 mod beside;
 pub mod bounds;
 mod error;
+mod gltf;
+mod import;
 mod library;
 mod material;
+mod mean_color;
+mod mesh_builder;
 mod model;
+mod model_file;
 mod mtl;
+mod nff;
 mod notes;
 mod obj;
 mod parse;
 mod place;
+mod plain_words;
+mod ply;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
 mod read_options;
+mod stl;
 mod table;
 mod text;
-mod texture;
 mod transform;
 mod tokens;
 mod triangulate;
+mod variables;
+mod viewing;
 
 pub use error::SceneError;
+pub use import::import;
+pub use model::is_model;
 pub use notes::{Note, Notes};
-pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
+pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE, utf8};
 pub use read_options::ReadOptions;
 pub use transform::{Transform, rotation};
+pub(crate) use variables::is_name;
 
 use crate::scene::bounds::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A whole scene. Indices into `materials` are always in range.
@@ -62,9 +75,10 @@ pub struct Scene {
     pub notes: Notes,
 }
 
-/// How long it took to read a scene. No property of the scene: two readings of one file are equal, and print alike.
-#[derive(Clone, Copy, Default)]
-pub struct ReadTime(pub Duration);
+/// How long it took to read a scene, and from which files besides the scene text. No property of the scene: two
+/// readings of one file are equal, and print alike.
+#[derive(Clone, Default)]
+pub struct ReadTime(pub Duration, pub Vec<PathBuf>);
 
 impl PartialEq for ReadTime {
     fn eq(&self, _: &ReadTime) -> bool {
@@ -184,20 +198,6 @@ pub struct TextureFile {
 }
 
 impl Material {
-    /// A material named `name` with all defaults: diffuse 0.8, ambient 0.1, neither mirror nor glass.
-    pub fn matte(name: &str) -> Material {
-        Material {
-            name: name.to_owned(),
-            diffuse: DVec3::splat(0.8),
-            ambient: material::AMBIENT,
-            secondary: 0.0,
-            fresnel: Fresnel::Constant(1.0),
-            ior: material::IOR,
-            priority: 0,
-            undrawn: None,
-        }
-    }
-
     /// True if a ray goes on through this material: it bounds a solid.
     pub fn refracts(&self) -> bool {
         self.secondary > 0.0 && self.fresnel.transmits()
@@ -273,6 +273,12 @@ impl Mesh {
 }
 
 impl Scene {
+    /// The files that it was read from: the scene text, then those that it names. None of a scene built by hand.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let own = (!self.file.as_os_str().is_empty()).then_some(self.file.as_path());
+        own.into_iter().chain(self.read_time.1.iter().map(PathBuf::as_path))
+    }
+
     /// Number of triangles after the polygons are cut.
     pub fn triangle_count(&self) -> usize {
         self.polygons.iter().map(Polygon::triangle_count).sum::<usize>()

@@ -6,11 +6,11 @@ use super::model::{Model, Wanted};
 use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
 use super::{Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere};
-use super::{material, model, place, polygon};
+use super::{material, model, place, polygon, variables, viewing};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
@@ -21,13 +21,13 @@ pub(crate) const MAX_SAMPLES: u32 = 1 << 24;
 pub(crate) const MAX_DEPTH: u32 = 1024;
 /// Smallest sine of the angle between view and up: the camera's axes are off by 2^-53 divided by it,
 /// which must stay below the 2^-24 of single-precision directions with some bits to spare.
-const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
+pub(super) const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Defaults of `[camera]`: up is y, 45 degrees, 600 x 500 pixels.
 const UP: DVec3 = DVec3::Y;
 const FOV_DEGREES: f64 = 45.0;
-const WIDTH: u32 = 600;
-const HEIGHT: u32 = 500;
+pub(super) const WIDTH: u32 = 600;
+pub(super) const HEIGHT: u32 = 500;
 /// Defaults of `[render]`: one sample through the pixel's centre, four rays in the longest path (in and
 /// out of a glass object and one more), a black background.
 const RENDER: RenderDefaults = RenderDefaults { samples: 1, depth: 4, background: DVec3::ZERO };
@@ -44,14 +44,15 @@ impl Scene {
         Scene::load_with(path, &ReadOptions::default())
     }
 
-    /// Reads a scene file and all files that it names, as `options` say.
+    /// Reads a scene file and all files that it names, as `options` say. A file of shapes ([`is_model`](super::is_model))
+    /// gets a scene of its own: its camera and lights, or a camera that sees all of it and two lights.
     ///
     /// # Errors
     /// As [`Scene::load`].
     pub fn load_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = load(path.as_ref(), options)?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
 
     /// Reads a scene text as if it were the file `path`, which need not exist: messages name it, and files that the
@@ -74,8 +75,14 @@ impl Scene {
     ) -> Result<Scene, SceneError> {
         let start = Instant::now();
         let scene = parse(text, path.as_ref(), options)?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Ok(timed(scene, start))
     }
+}
+
+/// `scene`, whose reading began at `start`.
+fn timed(mut scene: Scene, start: Instant) -> Scene {
+    scene.read_time.0 = start.elapsed();
+    scene
 }
 
 impl FromStr for Scene {
@@ -88,15 +95,33 @@ impl FromStr for Scene {
 }
 
 fn load(path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| unreadable(path, "scene", e))?;
-    let text = std::str::from_utf8(&bytes).map_err(|e| {
-        let source = Source { file: path, text: &bytes };
+    let is_model = model::is_model(path);
+    let what = if is_model { "model" } else { "scene" };
+    let bytes = std::fs::read(path).map_err(|e| unreadable(path, what, e))?;
+    if is_model {
+        return match options.variables.first() {
+            None => viewing::around(path, &bytes, options),
+            Some((name, _)) => Err(variables::unnamed(Source { file: path, text: &bytes }, name)),
+        };
+    }
+    parse(utf8(&bytes, path)?, path, options)
+}
+
+/// The bytes of a scene as text.
+pub(crate) fn utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, SceneError> {
+    std::str::from_utf8(bytes).map_err(|e| {
+        let source = Source { file: path, text: bytes };
         source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
-    })?;
-    parse(text, path, options)
+    })
 }
 
 fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
+    let filled = variables::fill(text, path, &options.variables)?;
+    parse_filled(&filled.text, path, options).map_err(|error| filled.replace(error, path))
+}
+
+/// Reads a text without variables.
+fn parse_filled(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
     let source = Source { file: path, text: text.as_bytes() };
     let document = DeTable::parse(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
@@ -112,7 +137,8 @@ fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneE
 
     let materials = materials(&top)?;
     let reading = Reading { strict: options.strict, notes: Notes::default() };
-    let mut reader = Reader { own: materials.len(), library: Library::new(materials), reading };
+    let (own, library) = (materials.len(), Library::new(materials));
+    let mut reader = Reader { own, library, reading, files: Vec::new() };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(
             "`[camera]` is missing",
@@ -130,8 +156,10 @@ fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneE
         meshes.extend(model.meshes);
         spheres.extend(model.spheres);
     }
-    let (materials, notes) = (reader.library.materials, reader.reading.notes);
-    let (file, read_time) = (path.to_owned(), ReadTime::default());
+    let Reader { library, reading, mut files, .. } = reader;
+    files.extend(library.files().map(Path::to_owned));
+    let (materials, notes) = (library.materials, reading.notes);
+    let (file, read_time) = (path.to_owned(), ReadTime(Duration::ZERO, files));
     Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes, notes })
 }
 
@@ -253,6 +281,8 @@ struct Reader {
     /// The first `own` materials are the scene text's; those of MTL files follow.
     own: usize,
     reading: Reading,
+    /// Files of meshes.
+    files: Vec<PathBuf>,
 }
 
 impl Reader {
@@ -322,12 +352,14 @@ impl Reader {
         let whole = table.get("material").map(|value| self.material(&value)).transpose()?;
         let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
         let place = place::of(&table)?;
+
         let path = table.source.file.parent().unwrap_or(Path::new("")).join(&name);
         let text = std::fs::read(&path).map_err(|e| {
             let message = format!("`{}` cannot be read", path.display());
             let error = file.error(message, "correct the path; it starts at the scene file's folder");
             SceneError { cause: Some(e), ..error }
         })?;
+        self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
         let wanted = Wanted { object: &table.object, material: whole, place, node };
         model::read(source, wanted, &mut self.library, &mut self.reading)

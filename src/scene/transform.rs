@@ -36,6 +36,18 @@ impl Transform {
             .then_some(Transform { first: Some(First { affine, normals }), ..*self })
     }
 
+    /// The factor by which it stretches every length; None if it stretches some more than others.
+    pub fn uniform_scale(&self) -> Option<f64> {
+        let Some(First { affine, .. }) = self.first else { return Some(self.scale) };
+        let [x, y, z] = [affine.matrix3.x_axis, affine.matrix3.y_axis, affine.matrix3.z_axis];
+        let size = x.length();
+        // Matrices written in single precision are off by 2^-24 in each of three entries, at both vectors.
+        let slack = 6.0 * f64::from(f32::EPSILON) * size * size;
+        let lengths = [y.length_squared(), z.length_squared()].map(|l| (l - size * size).abs());
+        let angles = [x.dot(y), x.dot(z), y.dot(z)].map(f64::abs);
+        lengths.iter().chain(&angles).all(|off| *off <= slack).then_some(self.scale * size)
+    }
+
     /// True if the map turns a right hand into a left one: the order of corners then no longer
     /// says which side of a face is outside.
     pub fn mirrors(&self) -> bool {

@@ -9,7 +9,7 @@ use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::image::{Bits, Format, View};
+use crate::image::{Bits, View};
 use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
@@ -60,6 +60,7 @@ impl Task<'_> {
             chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
         }
         let capped = chosen.allocation.outcome() == Outcome::Capped;
+        let refused = chosen.allocation.is_refused();
         let cancelled = self.observer.cancelled();
         let samples =
             if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
@@ -75,7 +76,7 @@ impl Task<'_> {
         let mut known = self.known(image, &survey);
         let error = known.report.error.as_ref();
         let met = error.is_some_and(|e| e.rounding.is_some() && e.void.is_none() && e.total <= target);
-        let why = error.map(|e| unmet(e, target, depth, &limit, capped));
+        let why = error.map(|e| unmet(e, target, depth, &limit, (capped, refused)));
         known.cancelled &= !met;
         known.unfinished = kept.filter(|_| !met);
         known.report.asked.error = Some(target);
@@ -117,8 +118,9 @@ impl Task<'_> {
         let linear = image.linear();
         let view = View { width: image.width, height: image.height(), linear: &linear };
         let error = format.encoding_error(view);
-        if format == Format::Png(Bits::Eight) && !self.request.keep_bits && error > ENCODING_SHARE * target {
-            let finer = Format::Png(Bits::Sixteen);
+        let finer =
+            format.with_bits(Bits::Sixteen).filter(|finer| *finer != format && !self.request.keep_bits);
+        if let Some(finer) = finer.filter(|_| error > ENCODING_SHARE * target) {
             self.request.file = Some(finer);
             return finer.encoding_error(view);
         }
@@ -210,7 +212,13 @@ impl Task<'_> {
 }
 
 /// The part of the error that keeps it from the target, and a remedy.
-fn unmet(e: &ErrorInfo, target: f64, depth: u32, limit: &RadianceLimit, capped: bool) -> String {
+fn unmet(
+    e: &ErrorInfo,
+    target: f64,
+    depth: u32,
+    limit: &RadianceLimit,
+    (capped, refused): (bool, bool),
+) -> String {
     let figure = crate::units::figure;
     if let Some(why) = &e.void {
         return why.clone();
@@ -239,14 +247,19 @@ fn unmet(e: &ErrorInfo, target: f64, depth: u32, limit: &RadianceLimit, capped: 
     if e.encoding == Some(most) {
         return format!("the file's own steps cause {}; try --bits 16, or .exr", figure(most));
     }
-    if e.unseen > 0.7 * e.sampling {
+    if refused || e.unseen > 0.7 * e.sampling {
         let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
         return format!(
             "parts of pixels that no sample met may hold radiance up to {}, and could cause {}: lamps close to surfaces, \
-             or bright things smaller than a pixel, seen directly or in mirrors and glass; a larger --size, a weaker or \
+             or bright things smaller than a pixel, seen directly or in mirrors and glass{}; a larger --size, a weaker or \
              more distant light, or an error above {} would do",
             figure(brightest),
             figure(e.unseen),
+            if refused {
+                ", and to exclude them takes more samples than the whole image is worth"
+            } else {
+                ""
+            },
             figure(e.total)
         );
     }

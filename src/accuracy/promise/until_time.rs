@@ -12,9 +12,10 @@ use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::image::{Bits, Format, Metadata, View};
-use crate::render::samples::Source;
+use crate::render::samples::{Mark, Source};
 use crate::render::{Observer, RenderError, Survey};
 use crate::report::TimeInfo;
+use crate::settings::sampler::pcg4d;
 use crate::settings::{Precision, Settings};
 use std::io;
 use std::time::{Duration, Instant};
@@ -38,6 +39,10 @@ const ROUNDING_SHARE: f64 = 0.06;
 const LEAST_PIXELS: usize = 256;
 /// Greatest depth of those.
 const LEAST_DEPTH: u32 = 4;
+/// Pixels by which the writing of the image is timed.
+const STRIP_PIXELS: u32 = 1 << 14;
+/// Time to write an image to a file / to memory.
+const FILE_SYSTEM: f64 = 1.25;
 
 /// When what has to be done.
 struct Clock {
@@ -81,8 +86,7 @@ impl Task<'_> {
         let start = Instant::now();
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let black = PixelSums::new(region.width, region.height, 1);
-        let reserve = closing + output_seconds(&black, &self, layers);
+        let reserve = closing + output_seconds(&self, layers);
         let mut clock = Clock { from, seconds, reserve };
 
         // Every pixel once, at the scene's own depth: from then on there is an image.
@@ -99,8 +103,7 @@ impl Task<'_> {
         let begin = Instant::now();
         self.show(&survey, allocation.gathered(), start);
         let shown = begin.elapsed().as_secs_f64();
-        clock.reserve =
-            shown + clock.reserve.max(closing + output_seconds(allocation.gathered(), &self, layers));
+        clock.reserve += shown;
         let mut rounded = None;
         if allocation.is_covered() {
             let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
@@ -257,24 +260,37 @@ impl Task<'_> {
     }
 }
 
-/// Seconds that it takes to make, paint and write the image, from doing it with the samples there are.
-fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
+/// Seconds that it takes to make, paint and write the image: measured on a strip of as many pixels as take a
+/// millisecond or so, since all of it is proportional to the pixels.
+fn output_seconds(task: &Task<'_>, layers: u32) -> f64 {
+    let region = Region::of(&task.settings);
+    let rows = (STRIP_PIXELS / region.width).clamp(1, region.height);
+    let whole = f64::from(region.height) / f64::from(rows);
+    // Noise packs worst.
+    let noise = |at: usize| f64::from(pcg4d([at as u32, 1, 2, 3])[0]) / f64::from(u32::MAX);
+    let mut strip = PixelSums::new(region.width, rows, 1);
+    strip.samples.fill(4);
+    strip.marks.fill(Mark { hash_most: 1, rays: 8, depth: 2, cut: 0.1, hash_least: 0 });
+    strip.sums.iter_mut().enumerate().for_each(|(at, sum)| *sum = [noise(at); 3]);
+    strip.fix_brightest();
     let clock = Instant::now();
-    let linear = image.filled();
-    let view = View { width: image.width, height: image.height(), linear: &linear };
+    let linear = strip.filled();
+    let view = View { width: region.width, height: rows, linear: &linear };
+    let format = task.request.file.unwrap_or(Format::Png(Bits::Eight));
     // Errors cannot be: nothing is written anywhere.
-    let _ = Format::Png(Bits::Eight).encode(view, &Metadata::default(), &mut io::sink());
+    let _ = format.encode(view, &Metadata::default(), &mut io::sink());
+    let _ = format.encoding_error(view);
     let _ = crate::image::linear_sha256(&linear);
     let written = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let _ = budget::budget(image, &task.limit, &task.caps, None, None, task.request.confidence);
+    let _ = budget::budget(&strip, &task.limit, &task.caps, None, None, task.request.confidence);
     let known = clock.elapsed().as_secs_f64();
     let mut painted = 0.0;
     if layers > 0 {
         let clock = Instant::now();
-        let _ = image.half_widths(task.request.confidence);
+        let _ = strip.half_widths(task.request.confidence);
         painted = clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
     }
-    // A file system is slower than memory, and samples pack worse than black.
-    2.5 * written + 1.5 * (known + painted) + 0.01
+    // A file system is slower than memory.
+    whole * FILE_SYSTEM * (written + known + painted) + 0.01
 }

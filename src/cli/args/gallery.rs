@@ -25,7 +25,7 @@ Example:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(GALLERY_HELP))]
 pub struct GalleryArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Folder to write to; created if missing

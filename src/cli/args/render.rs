@@ -1,7 +1,7 @@
 //! `whitted render`.
 
 use super::values::{self, Crop, Output, Size};
-use super::{DeviceArgs, ReadArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, FrameArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, parse_cutoff};
@@ -10,10 +10,10 @@ use std::path::PathBuf;
 
 const RENDER_HELP: &str = "\
 Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
-not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
-second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
-command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
-resume from.
+not at all. Ctrl-C stops after the work in flight, keeps the finished part in OUT.partial and the pixels \
+as they are in OUT.incomplete.png, and exits with 130; a second Ctrl-C after a second or more ends at \
+once and saves nothing. The same command with --resume continues and gives the same image, bit for bit. \
+--time keeps nothing to resume from.
 
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
@@ -23,16 +23,19 @@ Examples:
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
-  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
+  whitted render model.obj -o model.png
+  whitted render turning.toml -o turn_####.png --frames 0..35 --skip-existing --resume
+  generate | whitted render - -o made.png -D radius=2";
 
 /// `whitted render`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = super::notes(RENDER_HELP))]
 pub struct RenderArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
-    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
+    /// Image to write: .png, .exr, .hdr, .ppm or .pfm; `-` for a PNG on standard output
     #[arg(short, long, value_name = "FILE", value_parser = values::output(), help_heading = "Output")]
     pub output: Output,
 
@@ -44,7 +47,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
 
-    /// Bits per channel of a PNG [default: 8]
+    /// Bits per channel of a PNG or PPM [default: 8]
     #[arg(long, value_parser = ["8", "16"], help_heading = "Output")]
     pub bits: Option<String>,
 
@@ -76,6 +79,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub read: ReadArgs,
 
+    /// Frames of a moving scene.
+    #[command(flatten)]
+    pub frames: FrameArgs,
+
     /// Device to use.
     #[command(flatten)]
     pub device: DeviceArgs,
@@ -90,7 +97,7 @@ pub struct RenderArgs {
 }
 
 /// What a picture is made of. The scene file gives the defaults.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
@@ -98,11 +105,11 @@ pub struct PictureArgs {
     pub size: Option<Size>,
 
     /// Samples per pixel [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = values::positive())]
+    #[arg(long, value_name = "N", value_parser = values::samples())]
     pub samples: Option<u32>,
 
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
-    #[arg(long, value_name = "D", value_parser = values::positive())]
+    #[arg(long, value_name = "D", value_parser = values::depth())]
     pub depth: Option<u32>,
 
     /// Do not trace rays that carry less than this share of their light to the pixel, in [0, 1)
@@ -117,12 +124,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
 
-    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(
-        long,
-        value_name = "WHICH",
-        help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]"
-    )]
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it [default: auto]
+    #[arg(long, value_name = "WHICH")]
     pub precision: Option<Precision>,
 
     /// Origin of secondary rays: `bound` (moved off the surface by an error bound) or `fixed:X` (moved X metres along the ray, for measurements)
@@ -135,7 +138,7 @@ pub struct PictureArgs {
 }
 
 /// The error of the image.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Accuracy")]
 pub struct AccuracyArgs {
     /// State the error of the image in four parts: sampling, truncation, rounding

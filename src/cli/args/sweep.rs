@@ -29,7 +29,7 @@ Example:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(&SWEEP_HELP))]
 pub struct SweepArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Settings to vary; all combinations are rendered. The axes are listed below
@@ -53,7 +53,7 @@ pub struct SweepArgs {
     pub error: Vec<f64>,
 
     /// Samples per pixel of the reference, at most; fewer once its error is a tenth of every point's
-    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 4096)]
+    #[arg(long, value_name = "N", value_parser = values::samples(), default_value_t = 4096)]
     pub truth_samples: u32,
 
     /// Use the CPU oracle as reference, which shares only the sampler with the kernels, instead of f64 on the device; slow

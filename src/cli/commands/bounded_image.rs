@@ -1,20 +1,20 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use super::reference::{Reference, compared};
-use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
+use super::render::Device;
+use crate::accuracy::promise::{Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
-use crate::cli::delivery::{self, Deliver, say_layers};
+use crate::cli::delivery::{self, Deliver, Delivered};
 use crate::cli::failure::Failure;
-use crate::cli::progress::{self, Progress, Style};
+use crate::cli::progress::{Progress, Style};
 use crate::cli::read;
 use crate::cli::state::StateFile;
-use crate::image::{Format, Metadata, heat};
-use crate::render::{Rendered, Renderer};
+use crate::image::Format;
+use crate::render::Rendered;
+use crate::report::Report;
 use crate::settings::{Precision, Settings};
-use crate::{atomic_file, units};
-use anyhow::Context;
-use std::path::PathBuf;
+use crate::units;
 use std::time::Instant;
 
 /// True if any option concerns the image's error.
@@ -55,7 +55,7 @@ fn request(
         target,
         confidence: a.confidence,
         keep_depth: args.picture.depth.is_some(),
-        keep_precision: args.picture.precision.is_some(),
+        keep_precision: args.picture.precision.is_some_and(|p| p != Precision::Auto),
         file: Some(format),
         keep_bits: args.bits.is_some(),
     })
@@ -81,6 +81,7 @@ pub(super) fn run(
     args: &RenderArgs,
     format: Format,
     state: Option<StateFile>,
+    device: &mut Device,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
@@ -89,12 +90,13 @@ pub(super) fn run(
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
+    delivery::files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
     let request = request(args, format, &mut settings, started)?;
+    delivery::fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let label = match request.target {
         Target::Settings => "rendering".to_owned(),
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
@@ -118,7 +120,6 @@ pub(super) fn run(
     }
     let format = known.file.unwrap_or(format);
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
-    let names = paint(args, format, &known, &layers)?;
     let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
     let rendered = Rendered {
         width: known.samples.width,
@@ -128,19 +129,20 @@ pub(super) fn run(
         report: known.report,
         unfinished: None,
     };
-    let report = Deliver { args, format, layers: &layers, before }.deliver(rendered, started, console)?;
+    let keep = |report: &Report| match (&state, unfinished) {
+        (Some(file), Some(unfinished)) => file.save(unfinished, report).map(Some),
+        _ => Ok(None),
+    };
+    let deliver = Deliver { args, format, layers: &layers, before, complete: !cancelled };
+    let Delivered { report, kept } = deliver.deliver(rendered, started, keep, console)?;
     let file = &report.image.file;
-    say_layers(&names, console);
     delivery::validated(&renderer.validation_messages(), console)?;
     if cancelled {
-        let then = match (&state, unfinished) {
-            (Some(file), Some(unfinished)) => format!("; {}", file.save(unfinished, &report)?),
-            _ => String::new(),
-        };
+        let then = kept.map_or(String::new(), |kept| format!("; {kept}"));
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
     if let Some(state) = state.filter(|_| args.resume) {
-        state.remove()?;
+        delivery::remove_unfinished(args, &state)?;
     }
     if let (Some(void), None) = (report.error.as_ref().and_then(|e| e.void.as_ref()), report.asked.met) {
         return Err(Failure::Unmet(format!("{void}; the image is in {file}")));
@@ -151,27 +153,6 @@ pub(super) fn run(
         }
         _ => Ok(()),
     }
-}
-
-/// Writes layers as pictures next to an image whose format cannot hold them; returns their paths.
-fn paint(
-    args: &RenderArgs,
-    format: Format,
-    known: &BoundedImage,
-    layers: &[(Layer, Vec<f64>)],
-) -> Result<Vec<PathBuf>, Failure> {
-    let (Output::File(path, _), false) = (&args.output, format == Format::Exr) else { return Ok(Vec::new()) };
-    let mut names = Vec::new();
-    for (layer, values) in layers {
-        let name = path.with_extension(format!("{}.png", layer.name()));
-        let what = format!("{}: {}", layer.name(), layer.unit());
-        let painted = heat::paint(values, known.samples.width, heat::Range::Auto, &what);
-        let metadata = Metadata::of(&known.report, known.done);
-        atomic_file::write(&name, |out| painted.write(&metadata, out))
-            .with_context(|| format!("cannot write {}", name.display()))?;
-        names.push(name);
-    }
-    Ok(names)
 }
 
 /// Checks combinations of options before the work starts.

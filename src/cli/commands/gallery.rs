@@ -5,6 +5,7 @@ use crate::cli::args::GalleryArgs;
 use crate::cli::console::Console;
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
 use crate::image::{Bits, Format, Metadata, View};
@@ -32,6 +33,8 @@ struct Entry {
 /// Renders all pictures, then the sheet.
 pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     let subjects = subjects(args, console)?;
+    let files = subjects.iter().fold(Files::new(), |files, subject| files.reads_scene(&subject.scene));
+    files.fills("-o", &args.output).check()?;
     prepare(&args.output)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
@@ -45,7 +48,7 @@ pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Resul
 /// The scene and, if there is one, its sibling.
 fn subjects(args: &GalleryArgs, console: &mut Console) -> Result<Vec<Subject>, Failure> {
     let mut subject = |path: &Path| {
-        let scene = read::scene(path, &args.read, console)?;
+        let scene = read::scene(path, &args.read, None, console)?;
         let name = path.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
         Ok::<_, Failure>(Subject { name, scene })
     };

@@ -1,11 +1,14 @@
 //! What the commands do. Standard output gets images and listings only; all else goes to standard error.
 
 mod bounded_image;
+mod frames;
 pub mod calibrate;
 pub mod compare;
 pub mod devices;
 pub mod gallery;
 pub mod generate;
+pub mod import;
+pub mod info;
 mod manual;
 mod reference;
 pub mod render;
@@ -25,6 +28,12 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Import(args) => {
+            import::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
+        }
+        Command::Info(args) => {
+            info::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
+        }
         Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),
         Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),

@@ -1,12 +1,13 @@
 //! `whitted plan`.
 
-use crate::atomic_file;
 use crate::cli::args::PlanArgs;
 use crate::cli::console::{self, Console};
 use crate::cli::delivery::{settings, write_json};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
+use crate::plan::host_memory::{self, HostWork};
 use crate::plan::predicted_time::{Model, Unpredictable, Work};
 use crate::plan::tiles::tiles;
 use crate::plan::{Plan, Purpose};
@@ -21,11 +22,10 @@ use std::path::Path;
 
 /// Prints what a render needs.
 pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
-    if let Some(path) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    files(args).check()?;
     let earlier = args.from.as_deref().map(report).transpose()?;
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
+    files(args).reads_scene(&scene).check()?;
     let scene_seconds = scene.read_time.0.as_secs_f64();
     let asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;
@@ -36,6 +36,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let mut failure = None;
     match built.planned.plan() {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
+        Ok(_) if fits(&asked).is_err() => failure = fits(&asked).err(),
         Ok(plan) => {
             let reported = match earlier {
                 Some(report) => {
@@ -71,6 +72,19 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
         console.say(&format!("warning: {warning}"));
     }
     failure.map_or(Ok(()), Err)
+}
+
+/// Checks that the host can hold the image, written in the smallest format.
+fn fits(settings: &Settings) -> Result<(), Failure> {
+    let (region, free) = (settings.region(), crate::host_memory::free());
+    Ok(host_memory::check(region, HostWork::Image, 0, free).map_err(RenderError::from)?)
+}
+
+/// Its files, without those that the scene names.
+fn files(args: &PlanArgs) -> Files {
+    let files = Files::new().reads("the scene", &args.scene);
+    let files = args.from.iter().fold(files, |files, from| files.reads("--from", from));
+    files.writes("--json", args.json.as_deref()).prints()
 }
 
 /// A report written by `render` or `profile`.

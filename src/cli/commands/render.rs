@@ -1,42 +1,77 @@
 //! `whitted render`.
 
-use super::bounded_image;
 use super::plan;
 use super::reference::{Reference, compared};
+use super::{bounded_image, frames};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
-use crate::cli::delivery::{Deliver, settings, validated, writable};
+use crate::cli::delivery::{Deliver, Delivered, files, fits_host, remove_unfinished, settings, validated};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
 use crate::cli::state::StateFile;
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
-use crate::render::{Renderer, ResumeState, Tiles};
+use crate::render::Renderer;
 use crate::report::Report;
 use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
 use std::io::{self, IsTerminal};
 use std::time::Instant;
 
-/// Renders one image.
+/// Renders one image, or one for each frame.
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
-    let format = check(args)?;
+    match args.frames.list().as_slice() {
+        [] if args.frames.skip_existing => {
+            Err(Failure::Usage("--skip-existing needs --frames, or --frame".into()))
+        }
+        [] => picture(args, &mut Device::default(), started, console),
+        list => frames::run(args, list, started, console),
+    }
+}
+
+/// The device, opened when the first picture needs it.
+#[derive(Default)]
+pub(super) struct Device(Option<Renderer>);
+
+impl Device {
+    /// The renderer; from now on Ctrl-C asks it to stop.
+    pub(super) fn open(&mut self, args: &RenderArgs) -> Result<&mut Renderer, Failure> {
+        let renderer = match self.0.take() {
+            Some(renderer) => renderer,
+            None => {
+                progress::catch_interrupts()?;
+                Renderer::open(&args.device.choice(), args.validate)?
+            }
+        };
+        Ok(self.0.insert(renderer))
+    }
+}
+
+/// Renders one image.
+pub(super) fn picture(
+    args: &RenderArgs,
+    device: &mut Device,
+    started: Instant,
+    console: &mut Console,
+) -> Result<(), Failure> {
     let state = state_file(args);
+    let format = check(args, state.as_ref())?;
     if bounded_image::is_wanted(args) {
-        return bounded_image::run(args, format, state, started, console);
+        return bounded_image::run(args, format, state, device, started, console);
     }
     let earlier = match &state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = read::scene(&args.scene, &args.read, console)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
+    files(args, state.as_ref()).reads_scene(&scene).check()?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
+    fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let style = Style::choose(console.is_quiet(), console.is_verbose());
     let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
@@ -63,7 +98,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     if let Some(outline) = outline.filter(|_| done == 1.0) {
         let mut say = |what: &str| console.say(&format!("receipt: measuring {what}"));
         let receipt = measure(
-            &mut renderer,
+            renderer,
             &scene,
             &mut prepared,
             outline,
@@ -80,9 +115,14 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
-    let report = Deliver { args, format, layers: &[], before }.deliver(rendered, started, console)?;
+    let keep = |report: &Report| match (&state, unfinished) {
+        (Some(file), Some(unfinished)) => file.save(unfinished, report).map(Some),
+        _ => Ok(None),
+    };
+    let deliver = Deliver { args, format, layers: &[], before, complete: done == 1.0 };
+    let Delivered { report, kept } = deliver.deliver(rendered, started, keep, console)?;
     if done < 1.0 {
-        return Err(interrupted(&report, done, unfinished, state)?);
+        return Err(interrupted(&report, done, kept));
     }
     if let Some(receipt) = &report.receipt {
         console.say(&receipt::text(receipt));
@@ -94,7 +134,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         )));
     }
     if let Some(state) = state.filter(|_| args.resume) {
-        state.remove()?;
+        remove_unfinished(args, &state)?;
     }
     validated(&renderer.validation_messages(), console)?;
     match report.counters.lost() {
@@ -107,12 +147,12 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
-        Output::File(path, _) => Some(StateFile::of(path)),
+        Output::File(path, _) => Some(StateFile::of(path, args.resume)),
     }
 }
 
 /// Checks, before the work starts, the image's format and that the files can be written.
-fn check(args: &RenderArgs) -> Result<Format, Failure> {
+fn check(args: &RenderArgs, state: Option<&StateFile>) -> Result<Format, Failure> {
     let format = match &args.output {
         Output::Stdout if io::stdout().is_terminal() => {
             return Err(Failure::Usage(
@@ -125,47 +165,27 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
             ));
         }
         Output::Stdout => Format::Png(Bits::Eight),
-        Output::File(path, format) => {
-            writable(path)?;
-            *format
-        }
+        Output::File(_, format) => *format,
     };
     bounded_image::check(args)?;
-    if let Some(path) = &args.report {
-        writable(path)?;
-        if matches!(&args.output, Output::File(image, _) if image == path) {
-            return Err(Failure::Usage("--report and --output name the same file".into()));
-        }
-    }
-    if let Some(path) = &args.page {
-        writable(path)?;
-        if args.report.as_ref() == Some(path) {
-            return Err(Failure::Usage("--report and --page name the same file".into()));
-        }
-    }
+    files(args, state).check()?;
     match (args.bits.as_deref(), format) {
-        (Some("16"), Format::Png(_)) => Ok(Format::Png(Bits::Sixteen)),
-        (Some(_), Format::Exr | Format::Hdr) => Err(Failure::Usage("--bits applies to PNG only".into())),
-        _ => Ok(format),
+        (None, format) => Ok(format),
+        (Some(bits), format) => {
+            let bits = if bits == "16" { Bits::Sixteen } else { Bits::Eight };
+            format.with_bits(bits).ok_or_else(|| Failure::Usage("--bits applies to PNG and PPM only".into()))
+        }
     }
 }
 
-/// Stores finished tiles for `--resume` and describes the progress.
-fn interrupted(
-    report: &Report,
-    done: f64,
-    unfinished: Option<ResumeState<Tiles>>,
-    state: Option<StateFile>,
-) -> Result<Failure, Failure> {
-    let then = match (state, unfinished) {
-        (Some(file), Some(unfinished)) => file.save(unfinished, report)?,
-        _ => "it cannot be resumed, since no tile is finished".into(),
-    };
-    Ok(Failure::Interrupted(format!(
+/// Describes the progress of an interrupted render; `kept` says how it can be continued.
+fn interrupted(report: &Report, done: f64, kept: Option<String>) -> Failure {
+    let then = kept.unwrap_or("it cannot be resumed, since no tile is finished".into());
+    Failure::Interrupted(format!(
         "interrupted: {:.1} % of the work is done, the image so far is in {}; {then}",
         100.0 * done,
         report.image.file
-    )))
+    ))
 }
 
 #[cfg(test)]

@@ -37,6 +37,8 @@ pub struct ExplainedPlan {
     pub plan: Option<Planned>,
     /// Memory limits that the plan keeps.
     pub limits: LimitInfo,
+    /// Memory of the host that the image takes.
+    pub host: HostInfo,
     /// Predicted time; null if not asked for, or if there is no plan.
     pub time: Option<Prediction>,
     /// Why there is no plan.
@@ -135,6 +137,17 @@ pub struct LimitInfo {
     pub heap: u64,
     /// Bytes of the heap that a plan may use.
     pub heap_share: u64,
+}
+
+/// Memory of the host, beside the scene and the device's buffers.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct HostInfo {
+    /// Bytes for the image while it is rendered and written as EXR, the largest format.
+    pub image: u64,
+    /// Bytes for it with sums of every pixel: `--budget`, `--error`, `--time` and `--aov`.
+    pub bounded: u64,
+    /// Bytes that this process can still have; null where nothing is known.
+    pub free: Option<u64>,
 }
 
 /// A plan that the device cannot hold.

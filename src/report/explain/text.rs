@@ -101,7 +101,8 @@ fn memory(o: &ExplainedPlan, p: &Planned) -> String {
     format!(
         "{table}\nqueue   {} rays, {} each; workgroups of {}; {} per shadow pass\n\
          work    {} of up to {} pixels, batches of up to {} per pixel; {} in total, {} each\n\
-         limits  {} per buffer, {} in total (of a heap of {})\n",
+         limits  {} per buffer, {} in total (of a heap of {})\n\
+         host    {} for the image, {} with its error bounded\n",
         grouped(p.capacity.into()),
         bytes(p.bytes_per_place),
         p.workgroup,
@@ -114,6 +115,8 @@ fn memory(o: &ExplainedPlan, p: &Planned) -> String {
         bytes(o.limits.one_buffer),
         bytes(o.limits.heap_share),
         bytes(o.limits.heap),
+        bytes(o.host.image),
+        bytes(o.host.bounded),
     )
 }
 

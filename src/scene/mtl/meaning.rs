@@ -22,7 +22,7 @@ use super::{At, Written};
 use crate::scene::error::{SceneError, Source};
 use crate::scene::material::{AMBIENT, IOR, IOR_RANGE, is_share};
 use crate::scene::notes::Reading;
-use crate::scene::{Fresnel, Material, TextureFile, Undrawn, beside, texture, tokens};
+use crate::scene::{Fresnel, Material, TextureFile, Undrawn, beside, mean_color, tokens};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ pub(in crate::scene) struct Textures(HashMap<PathBuf, Option<DVec3>>);
 
 impl Textures {
     fn mean(&mut self, path: &Path) -> Option<DVec3> {
-        let read = || texture::mean_linear_color(path).ok();
+        let read = || mean_color::of_file(path).ok().map(|mean| mean.color);
         *self.0.entry(path.to_owned()).or_insert_with(read)
     }
 }

@@ -72,7 +72,7 @@ fn strict_errors_have_places() {
 /// Each of these renders, with one note that says what was assumed.
 #[test]
 fn what_exporters_write_is_mapped_as_viewers_show_it() {
-    let plain = Material::matte("a");
+    let plain = crate::scene::material::plain("a");
     let grey = |kd: f64| Material { diffuse: DVec3::splat(kd), ..plain.clone() };
     let clear =
         |share: f64, ior: f64| Material { secondary: share, fresnel: Fresnel::Exact, ior, ..plain.clone() };

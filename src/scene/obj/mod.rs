@@ -9,6 +9,8 @@ mod raw;
 mod serial;
 mod smooth;
 
+pub(super) use raw::is_flat;
+
 use super::error::{SceneError, Source};
 use super::library::Library;
 use super::model::{Model, Wanted};

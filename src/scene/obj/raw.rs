@@ -234,7 +234,7 @@ impl Raw {
 
 /// True if the three normals are one that agrees with the triangle's plane up to its digits: the
 /// plane's own normal, which is exact, then says it better.
-fn is_flat(vertices: &[DVec3], normals: &[DVec3], corners: [u32; 3], corner_normals: [u32; 3]) -> bool {
+pub fn is_flat(vertices: &[DVec3], normals: &[DVec3], corners: [u32; 3], corner_normals: [u32; 3]) -> bool {
     if corner_normals[0] != corner_normals[1] || corner_normals[0] != corner_normals[2] {
         return false;
     }
