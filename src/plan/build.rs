@@ -208,7 +208,7 @@ fn specialisation(input: Input<'_>) -> Specialisation {
 /// part, so they are at most the sum over its lanes; where their number is not known, the most that it has. A GPU has no
 /// such limit: the cap only keeps its dispatches short.
 fn walks_counted_together(limits: &Limits) -> u32 {
-    match limits.is_cpu {
+    match limits.driver.is_cpu() {
         true if limits.shuffle_lanes > 0 => limits.shuffle_lanes,
         true => WIDEST_VECTOR,
         false => 1,
