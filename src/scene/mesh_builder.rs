@@ -143,7 +143,7 @@ mod tests {
             let [a, b, c] = f.vertices.map(|v| mesh.vertices[v as usize]);
             (b - a).cross(c - a).z / 2.0
         });
-        assert_eq!(areas.clone().sum::<f64>(), 1.0);
+        assert_eq!(areas.clone().sum::<f64>(), 1.5);
         assert!(areas.into_iter().all(|area| area > 0.0));
     }
 

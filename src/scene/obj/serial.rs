@@ -229,6 +229,11 @@ impl Reader<'_, '_> {
     }
 
     fn face(&mut self, keyword: Word) -> Result<(), SceneError> {
+        if self.reading.strict {
+            // Before its corners are looked at: the material is what is missing first.
+            let (source, object) = (self.words.source, &self.words.object);
+            self.materials.of_faces(source, keyword.offset, object, 0, self.reading)?;
+        }
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
         while let Some(word) = self.words.word() {
