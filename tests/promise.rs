@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 use whitted::accuracy::promise::{Bounded, BoundedImage, Request, Target};
-use whitted::render::{Observer, Quiet, Renderer, ResumeState, Survey};
+use whitted::render::{Observer, Quiet, Renderer, ResumeState, State, Survey};
 use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 

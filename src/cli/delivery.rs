@@ -7,7 +7,7 @@ use super::failure::Failure;
 use crate::accuracy::promise::{self, Layer};
 use crate::image::{Format, Metadata, View};
 use crate::lab::render_page::{self, RenderPage};
-use crate::render::Rendered;
+use crate::render::{Rendered, State};
 use crate::report::{Report, text};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -79,7 +79,7 @@ impl Deliver<'_> {
         let report = &mut rendered.report;
         report.image.file = match &self.args.output {
             Output::Stdout => "-".into(),
-            Output::File(path, _) => path.display().to_string(),
+            Output::File(path, _) | Output::Share(path) => path.display().to_string(),
         };
         report.time.wall = self.before + started.elapsed().as_secs_f64();
         self.write_image(&rendered)?;
@@ -139,6 +139,11 @@ impl Deliver<'_> {
             }
             Output::File(path, _) => atomic_file::write(path, |out| encode(out))
                 .with_context(|| format!("cannot write {}", path.display())),
+            Output::Share(path) => match &rendered.state {
+                Some(state) if rendered.done == 1.0 => atomic_file::write(path, |out| state.write(out))
+                    .with_context(|| format!("cannot write {}", path.display())),
+                _ => Ok(()),
+            },
         }?)
     }
 }

@@ -1,42 +1,59 @@
-//! The state file next to an image, `OUT.partial`: the finished part of an interrupted render.
+//! The state files next to an image: `OUT.partial`, of a render on its way, and `OUT.state`, of a finished one.
 
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::{Payload, RenderError, ResumeState};
-use crate::report::Report;
+use crate::render::{ImageSoFar, Observer, Payload, RenderError, ResumeState, State, Sums};
 use anyhow::{Context, anyhow};
+use std::fmt::Display;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-/// Path of a state file, which need not exist.
-pub(super) struct StateFile(PathBuf);
+/// Share of the time that writing states may take.
+const WRITING: f64 = 0.05;
+
+/// Reads a state of any kind of render.
+fn read<P: Payload>(path: &Path) -> io::Result<ResumeState<P>> {
+    File::open(path).and_then(|file| ResumeState::read(&mut BufReader::new(file)))
+}
+
+/// The path of an image with something appended to its name.
+fn beside(image: &Path, extension: &str) -> PathBuf {
+    let mut name = image.as_os_str().to_owned();
+    name.push(extension);
+    name.into()
+}
+
+/// `OUT.partial`, which need not exist.
+pub(super) struct StateFile {
+    path: PathBuf,
+    /// It holds another render's state, which is left as it is.
+    foreign: bool,
+}
 
 impl StateFile {
     /// The state file of an image file.
     pub(super) fn of(image: &Path) -> StateFile {
-        let mut name = image.as_os_str().to_owned();
-        name.push(".partial");
-        StateFile(name.into())
+        StateFile { path: beside(image, ".partial"), foreign: false }
     }
 
     /// The stored state if `resume` is set; otherwise only warns if there is one.
     pub(super) fn earlier<P: Payload>(
-        &self,
+        &mut self,
         resume: bool,
         console: &mut Console,
     ) -> Result<Option<ResumeState<P>>, Failure> {
-        let name = self.0.display();
-        match (self.0.exists(), resume) {
-            (true, true) => {
-                let read = File::open(&self.0).and_then(|mut file| ResumeState::read(&mut file));
-                Ok(Some(read.map_err(|error| self.refuse(&error))?))
-            }
+        let name = self.path.display();
+        match (self.path.exists(), resume) {
+            (true, true) => Ok(Some(read(&self.path).map_err(|error| self.refuse(&error))?)),
             (true, false) => {
                 console.say(&format!(
-                    "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is"
+                    "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is and \
+                     keeps no state of its own"
                 ));
+                self.foreign = true;
                 Ok(None)
             }
             (false, true) => {
@@ -55,33 +72,149 @@ impl StateFile {
         }
     }
 
-    fn refuse(&self, why: &dyn std::fmt::Display) -> Failure {
+    fn refuse(&self, why: &dyn Display) -> Failure {
         Failure::Other(anyhow!(
             "cannot continue {}: {why}; restore what differs, or leave out --resume to start from the beginning",
-            self.0.display()
+            self.path.display()
         ))
     }
 
-    /// Writes `state` with the times of `report`, whole or not at all; says how to continue.
-    pub(super) fn save<P: Payload>(
-        &self,
-        mut state: ResumeState<P>,
-        report: &Report,
-    ) -> Result<String, Failure> {
-        state.time = report.time.clone();
-        let name = self.0.display();
-        atomic_file::write(&self.0, |out| state.write(out))
-            .with_context(|| format!("cannot write {name}"))?;
+    /// Writes `state`, after `wall` seconds, whole or not at all; says how to continue.
+    pub(super) fn save<P: Payload>(&self, mut state: ResumeState<P>, wall: f64) -> Result<String, Failure> {
+        let name = self.path.display();
+        if self.foreign {
+            return Ok(format!("its state is not kept, since {name} is of another render"));
+        }
+        state.time.wall = wall;
+        self.write(&state).with_context(|| format!("cannot write {name}"))?;
         Ok(format!("continue with --resume (state in {name})"))
     }
 
-    /// Removes it once the image is whole.
+    fn write(&self, state: &dyn State) -> io::Result<()> {
+        atomic_file::write(&self.path, |out| state.write(out))
+    }
+
+    /// Removes it once the image is whole, unless it is another render's.
     pub(super) fn remove(&self) -> Result<(), Failure> {
-        match fs::remove_file(&self.0) {
+        if self.foreign {
+            return Ok(());
+        }
+        match fs::remove_file(&self.path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(anyhow!("cannot remove {}: {error}", self.0.display()).into())
+                Err(anyhow!("cannot remove {}: {error}", self.path.display()).into())
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// An observer that writes the state of long work every few seconds: whatever ends the process, no more is lost.
+pub(super) struct Keeper<'a> {
+    observer: &'a mut dyn Observer,
+    file: Option<&'a StateFile>,
+    every: Duration,
+    due: Instant,
+    failed: bool,
+}
+
+impl<'a> Keeper<'a> {
+    /// Writes to `file` every `seconds`; not at all if there is no file, or `seconds` is 0.
+    pub(super) fn new(
+        observer: &'a mut dyn Observer,
+        file: Option<&'a StateFile>,
+        seconds: f64,
+    ) -> Keeper<'a> {
+        let file = file.filter(|file| !file.foreign && seconds > 0.0);
+        let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        Keeper { observer, file, every, due: after(every), failed: false }
+    }
+}
+
+/// A time in the future, however far.
+fn after(time: Duration) -> Instant {
+    let now = Instant::now();
+    now.checked_add(time).unwrap_or(now + Duration::from_secs(1 << 30))
+}
+
+impl Observer for Keeper<'_> {
+    fn progress(&mut self, done: u64, total: u64) {
+        self.observer.progress(done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
+
+    fn watches(&self) -> bool {
+        self.observer.watches()
+    }
+
+    fn image(&mut self, so_far: &ImageSoFar<'_>) {
+        self.observer.image(so_far);
+    }
+
+    fn wants_state(&self) -> bool {
+        self.file.is_some() && Instant::now() >= self.due
+    }
+
+    fn keep(&mut self, state: &dyn State) {
+        let Some(file) = self.file else { return };
+        let start = Instant::now();
+        if let Err(error) = file.write(state)
+            && !self.failed
+        {
+            self.failed = true;
+            // The render may yet be finished. A closed standard error must not end it either.
+            let name = file.path.display();
+            let _ = writeln!(io::stderr(), "warning: the state cannot be kept in {name}: {error}");
+        }
+        self.due = after(self.every.max(start.elapsed().div_f64(WRITING)));
+    }
+}
+
+/// The state of a finished image: `OUT.state`, or a share, which is its own.
+pub(super) struct KeptState(PathBuf);
+
+impl KeptState {
+    /// `OUT.state` of an image.
+    pub(super) fn of(image: &Path) -> KeptState {
+        KeptState(beside(image, ".state"))
+    }
+
+    /// A share.
+    pub(super) fn share(path: &Path) -> KeptState {
+        KeptState(path.to_owned())
+    }
+
+    /// Reads it.
+    pub(super) fn read(&self) -> Result<ResumeState<Sums>, Failure> {
+        read(&self.0).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Failure::Other(anyhow!(
+                "there is no {}: {}",
+                self.0.display(),
+                match self.0.extension().is_some_and(|e| e == "share") {
+                    true => "render it with --share",
+                    false => "a render with --keep-state writes it, and --continue adds samples to it",
+                }
+            )),
+            _ => Failure::Other(anyhow!("cannot read {}: {error}", self.0.display())),
+        })
+    }
+
+    /// A render's error, with a remedy if this file is the cause.
+    pub(super) fn explain(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Mismatch(why) => Failure::Other(anyhow!(
+                "cannot add samples to {}: {why}; restore what differs, or leave out --continue to start from the beginning",
+                self.0.display()
+            )),
+            other => other.into(),
+        }
+    }
+
+    /// Writes it, whole or not at all.
+    pub(super) fn write(&self, state: &dyn State) -> Result<(), Failure> {
+        Ok(atomic_file::write(&self.0, |out| state.write(out))
+            .with_context(|| format!("cannot write {}", self.0.display()))?)
     }
 }

@@ -147,6 +147,24 @@ pub struct TimeInfo {
     pub render: f64,
 }
 
+impl TimeInfo {
+    fn all(&mut self) -> [&mut f64; 6] {
+        let TimeInfo { wall, scene, build, first_dispatch, device, render } = self;
+        [wall, scene, build, first_dispatch, device, render]
+    }
+
+    /// True if all are times: not negative, and finite.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.clone().all().into_iter().all(|seconds| (0.0..f64::INFINITY).contains(seconds))
+    }
+
+    /// Adds the times of another part.
+    pub(crate) fn add(&mut self, other: &TimeInfo) {
+        let mut other = other.clone();
+        self.all().into_iter().zip(other.all()).for_each(|(sum, more)| *sum += *more);
+    }
+}
+
 /// Numbers of rays traced.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct RayInfo {

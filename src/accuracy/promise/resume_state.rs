@@ -9,6 +9,7 @@ use crate::accuracy::unseen::Caps;
 use crate::render::{Kind, Mismatch, Payload};
 use crate::report::SettingsInfo;
 use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
 
 /// How far it was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,6 +45,11 @@ impl Bounded {
         Bounded { stage, images }
     }
 
+    /// The samples again.
+    pub(super) fn into_images(self) -> Vec<PixelSums> {
+        self.images
+    }
+
     /// The samples of `--budget`: in the settings' precision, then in f64.
     pub(super) fn into_budget(self) -> Result<Vec<PixelSums>, Mismatch> {
         match self.stage {
@@ -66,8 +72,13 @@ impl Bounded {
 impl Payload for Bounded {
     const KIND: Kind = Kind::Bounded;
 
-    fn put(&self, to: &mut Vec<u8>) {
-        self.images.iter().for_each(|image| image.put(to));
+    fn put(&self, to: &mut dyn Write) -> io::Result<()> {
+        for image in &self.images {
+            let mut bytes = Vec::new();
+            image.put(&mut bytes);
+            to.write_all(&bytes)?;
+        }
+        Ok(())
     }
 
     fn take(&mut self, mut from: &[u8], settings: &SettingsInfo) -> Option<()> {

@@ -10,8 +10,7 @@ use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{Bits, Format, View};
-use crate::render::samples::Source;
-use crate::render::{Observer, RenderError, ResumeState, Survey};
+use crate::render::{Identity, Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
@@ -48,7 +47,13 @@ impl Task<'_> {
         };
         self.go_to(&mut survey, &chosen)?;
         // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        while self.sample(&mut survey, target, &mut chosen, start)? == Sampled::LosesTooMuch {
+        while self.sample(
+            &mut survey,
+            target,
+            &mut chosen,
+            &Begun { start, identity: &identity, before: &before },
+        )? == Sampled::LosesTooMuch
+        {
             let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
             if self.observer.cancelled() {
                 survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
@@ -175,7 +180,7 @@ impl Task<'_> {
         survey: &mut Survey,
         target: f64,
         chosen: &mut Chosen,
-        start: Instant,
+        begun: &Begun<'_>,
     ) -> Result<Sampled, RenderError> {
         let region = Region::of(&self.settings);
         loop {
@@ -201,12 +206,36 @@ impl Task<'_> {
             let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE[1]);
             self.observer.span(CHOICE[1] + done / all, CHOICE[1] + (done + more) / all);
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             chosen.allocation.record(&step, &traced);
-            self.show(survey, chosen.allocation.gathered(), start);
+            self.show(survey, chosen.allocation.gathered(), begun.start);
+            if self.observer.wants_state() && !self.observer.cancelled() {
+                self.keep_chosen(survey, chosen, begun);
+            }
         }
         Ok(Sampled::All)
     }
+}
+
+impl Task<'_> {
+    /// Keeps the state of a render that goes on.
+    fn keep_chosen(&mut self, survey: &Survey, chosen: &mut Chosen, begun: &Begun<'_>) {
+        let images = vec![chosen.allocation.take_gathered()];
+        let kept = Bounded::new(Stage::Error(Box::new(chosen.clone())), images);
+        let Begun { start, identity, before } = *begun;
+        let kept = survey.keep(&mut self.observer, before.clone(), start, identity, kept);
+        for image in kept.into_images() {
+            // It is the image that was taken out.
+            chosen.allocation.put_gathered(image, self.caps.clone());
+        }
+    }
+}
+
+/// The render of which states are kept.
+struct Begun<'a> {
+    start: Instant,
+    identity: &'a Identity,
+    before: &'a TimeInfo,
 }
 
 /// The part of the error that keeps it from the target, and a remedy.

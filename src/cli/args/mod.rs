@@ -5,6 +5,7 @@ mod compare;
 mod devices;
 mod gallery;
 mod manual;
+mod merge;
 mod plan;
 mod profile;
 mod render;
@@ -17,6 +18,7 @@ pub use compare::{CompareArgs, Metric};
 pub use devices::DevicesArgs;
 pub use gallery::GalleryArgs;
 pub use manual::{CompletionsArgs, ManArgs};
+pub use merge::MergeArgs;
 pub use plan::PlanArgs;
 pub use profile::ProfileArgs;
 pub use render::{AccuracyArgs, PictureArgs, RenderArgs};
@@ -74,6 +76,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to an image
     Render(RenderArgs),
+    /// Join the shares of a picture
+    Merge(MergeArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
     /// Show what a render needs and how long it will take, without rendering

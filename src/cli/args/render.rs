@@ -4,16 +4,19 @@ use super::values::{self, Crop, Output, Size};
 use super::{DeviceArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
 use crate::settings::sampler::Sampler;
-use crate::settings::{Origin, Precision, parse_cutoff};
+use crate::settings::{Origin, Precision, Share, parse_cutoff};
 use clap::Args;
 use std::path::PathBuf;
 
 const RENDER_HELP: &str = "\
 Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
 not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
-second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
-command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
-resume from.
+second Ctrl-C ends at once and saves nothing. The state of the work is kept in OUT.partial, every few \
+seconds too, so that a crash costs no more: the same command with --resume continues from it and gives \
+the same image, bit for bit. --time then goes on for what is left of its time.
+
+--share divides an image among machines: each renders one share, and `whitted merge` writes the bytes \
+that one render would have written.
 
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
@@ -23,6 +26,9 @@ Examples:
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
+  whitted render scenes/cornell.toml -o part-2.share --share 2/8
+  whitted render scenes/cornell.toml -o a.exr --samples 64 --keep-state
+  whitted render scenes/cornell.toml -o a.exr --samples 256 --continue
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
 
 /// `whitted render`.
@@ -32,7 +38,7 @@ pub struct RenderArgs {
     /// Scene text (TOML)
     pub scene: PathBuf,
 
-    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
+    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output; with --share, a file .share
     #[arg(short, long, value_name = "FILE", value_parser = values::output(), help_heading = "Output")]
     pub output: Output,
 
@@ -65,8 +71,24 @@ pub struct RenderArgs {
     pub receipt: bool,
 
     /// Continue an interrupted render from OUT.partial; start anew if there is none
-    #[arg(long, help_heading = "Output")]
+    #[arg(long, help_heading = "Resuming and sharing")]
     pub resume: bool,
+
+    /// Seconds between two states of long work in OUT.partial, which is all that a crash loses; 0 keeps none
+    #[arg(long, value_name = "T", value_parser = values::not_negative, default_value_t = 5.0, help_heading = "Resuming and sharing")]
+    pub checkpoint: f64,
+
+    /// Also write OUT.state, from which --continue adds samples: 24 bytes a pixel
+    #[arg(long, conflicts_with_all = ["error", "time", "budget", "aov"], help_heading = "Resuming and sharing")]
+    pub keep_state: bool,
+
+    /// Add samples to the finished picture of OUT.state, up to --samples: the same bits as of one longer render
+    #[arg(long = "continue", conflicts_with_all = ["error", "time", "budget", "aov", "receipt", "reference"], help_heading = "Resuming and sharing")]
+    pub more: bool,
+
+    /// Render share I of N, to OUT.share; `whitted merge` joins all shares to the picture
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["error", "time", "budget", "aov", "receipt", "reference", "page"], help_heading = "Resuming and sharing")]
+    pub share: Option<Share>,
 
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long, help_heading = "Device")]

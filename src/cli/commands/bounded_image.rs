@@ -7,7 +7,7 @@ use crate::cli::console::Console;
 use crate::cli::delivery::{self, Deliver, say_layers};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
-use crate::cli::state::StateFile;
+use crate::cli::state::{Keeper, StateFile};
 use crate::image::{Format, Metadata, heat};
 use crate::render::{Rendered, Renderer};
 use crate::scene::Scene;
@@ -80,11 +80,11 @@ fn replicates(asked: Option<u32>, samples: u32) -> Result<u32, Failure> {
 pub(super) fn run(
     args: &RenderArgs,
     format: Format,
-    state: Option<StateFile>,
+    mut state: Option<StateFile>,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
-    let earlier = match &state {
+    let earlier = match &mut state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
@@ -101,9 +101,12 @@ pub(super) fn run(
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
     let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
-    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| match earlier {
-        Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, observer),
-        None => renderer.render_bounded_with(&scene, &settings, &request, observer),
+    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| {
+        let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
+        match earlier {
+            Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, keeper),
+            None => renderer.render_bounded_with(&scene, &settings, &request, keeper),
+        }
     });
     drop(progress);
     let mut known = known.map_err(|error| match &state {
@@ -120,26 +123,29 @@ pub(super) fn run(
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
     let names = paint(args, format, &known, &layers)?;
     let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
+    // First what costs most to get again.
+    let then = match (&state, unfinished) {
+        (Some(file), Some(unfinished)) if cancelled => {
+            format!("; {}", file.save(unfinished, before + started.elapsed().as_secs_f64())?)
+        }
+        _ => String::new(),
+    };
     let rendered = Rendered {
         width: known.samples.width,
         height: known.height,
         linear: known.linear(),
         done: known.done,
         report: known.report,
-        unfinished: None,
+        state: None,
     };
     let report = Deliver { args, format, layers: &layers, before }.deliver(rendered, started, console)?;
     let file = &report.image.file;
     say_layers(&names, console);
     delivery::validated(&renderer.validation_messages(), console)?;
     if cancelled {
-        let then = match (&state, unfinished) {
-            (Some(file), Some(unfinished)) => format!("; {}", file.save(unfinished, &report)?),
-            _ => String::new(),
-        };
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
-    if let Some(state) = state.filter(|_| args.resume) {
+    if let Some(state) = &state {
         state.remove()?;
     }
     if let (Some(void), None) = (report.error.as_ref().and_then(|e| e.void.as_ref()), report.asked.met) {

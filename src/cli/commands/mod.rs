@@ -7,6 +7,7 @@ pub mod devices;
 pub mod gallery;
 pub mod generate;
 mod manual;
+pub mod merge;
 mod reference;
 pub mod render;
 pub mod plan;
@@ -23,6 +24,7 @@ use std::time::Instant;
 pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
     match &cli.command {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Merge(args) => merge::run(args, started, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),

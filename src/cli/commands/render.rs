@@ -8,10 +8,10 @@ use crate::cli::console::Console;
 use crate::cli::delivery::{Deliver, settings, validated, writable};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
-use crate::cli::state::StateFile;
+use crate::cli::state::{Keeper, KeptState, StateFile};
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
-use crate::render::{Renderer, ResumeState, Tiles};
+use crate::render::Renderer;
 use crate::report::Report;
 use crate::report::explain::ExplainedPlan;
 use crate::report::receipt;
@@ -22,18 +22,24 @@ use std::time::Instant;
 /// Renders one image.
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     let format = check(args)?;
-    let state = state_file(args);
+    let mut state = state_file(args);
     if bounded_image::is_wanted(args) {
         return bounded_image::run(args, format, state, started, console);
     }
-    let earlier = match &state {
+    let mut earlier = match &mut state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
+    let kept = kept_state(args);
+    let more = args.more && earlier.is_none();
+    if let Some(kept) = kept.as_ref().filter(|_| more) {
+        earlier = Some(kept.read()?);
+    }
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = Scene::load(&args.scene)?;
     let mut settings = settings(&args.picture, &args.schedule, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
+    settings.schedule.share = args.share.unwrap_or_default();
     let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
@@ -48,17 +54,34 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
         false => None,
     };
     let mut progress = Progress::new(style, "rendering");
-    let (rendered, reference) = compared(reference.as_ref(), &mut progress, |observer| match earlier {
-        Some(earlier) => prepared.resume(earlier, observer),
-        None => prepared.render_with(observer),
+    let (rendered, reference) = compared(reference.as_ref(), &mut progress, |observer| {
+        let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
+        match earlier {
+            Some(earlier) if more => prepared.more(earlier, keeper),
+            Some(earlier) => prepared.resume(earlier, keeper),
+            None => prepared.render_with(keeper),
+        }
     });
     drop(progress);
-    let mut rendered = rendered.map_err(|error| match &state {
-        Some(state) => state.explain(error),
-        None => error.into(),
+    let mut rendered = rendered.map_err(|error| match (&state, &kept) {
+        (_, Some(kept)) if more => kept.explain(error),
+        (Some(state), _) => state.explain(error),
+        (None, _) => error.into(),
     })?;
     rendered.report.reference = reference;
-    let (done, unfinished) = (rendered.done, rendered.unfinished.take());
+    let done = rendered.done;
+    let wall = before + started.elapsed().as_secs_f64();
+    if let Some(state) = &mut rendered.state {
+        state.time.wall = wall;
+    }
+    // First what costs most to get again.
+    let then = match (&state, rendered.state.take_if(|_| done < 1.0)) {
+        (Some(file), Some(unfinished)) => file.save(unfinished, wall)?,
+        _ => "it cannot be resumed".to_owned(),
+    };
+    if let (Some(kept), Some(state)) = (&kept, rendered.state.as_ref().filter(|_| args.share.is_none())) {
+        kept.write(state)?;
+    }
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {
         let mut say = |what: &str| console.say(&format!("receipt: measuring {what}"));
@@ -82,7 +105,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     }
     let report = Deliver { args, format, layers: &[], before }.deliver(rendered, started, console)?;
     if done < 1.0 {
-        return Err(interrupted(&report, done, unfinished, state)?);
+        return Err(interrupted(args, &report, done, &then));
     }
     if let Some(receipt) = &report.receipt {
         console.say(&receipt::text(receipt));
@@ -93,7 +116,7 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
             wrong.join(", ")
         )));
     }
-    if let Some(state) = state.filter(|_| args.resume) {
+    if let Some(state) = &state {
         state.remove()?;
     }
     validated(&renderer.validation_messages(), console)?;
@@ -107,7 +130,16 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
-        Output::File(path, _) => Some(StateFile::of(path)),
+        Output::File(path, _) | Output::Share(path) => Some(StateFile::of(path)),
+    }
+}
+
+/// The state of the finished image, where it is to be read or written.
+fn kept_state(args: &RenderArgs) -> Option<KeptState> {
+    match &args.output {
+        Output::File(path, _) => (args.more || args.keep_state).then(|| KeptState::of(path)),
+        Output::Share(path) => args.more.then(|| KeptState::share(path)),
+        Output::Stdout => None,
     }
 }
 
@@ -119,10 +151,25 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
                 "-o - would write a PNG to the terminal: redirect standard output or name a file".into(),
             ));
         }
-        Output::Stdout if args.resume => {
+        Output::Stdout if args.resume || args.more || args.keep_state => {
             return Err(Failure::Usage(
-                "--resume needs an image file, but -o - writes to standard output".into(),
+                "--resume, --continue and --keep-state need an image file, but -o - writes to standard output"
+                    .into(),
             ));
+        }
+        Output::Share(_) if args.share.is_none() => {
+            return Err(Failure::Usage("a file .share is written with --share I/N only".into()));
+        }
+        Output::Stdout | Output::File(..) if args.share.is_some() => {
+            return Err(Failure::Usage(
+                "--share writes no image but a share: name the file .share, and join all shares with `whitted merge`"
+                    .into(),
+            ));
+        }
+        // Not used: a share is no image.
+        Output::Share(path) => {
+            writable(path)?;
+            Format::Exr
         }
         Output::Stdout => Format::Png(Bits::Eight),
         Output::File(path, format) => {
@@ -150,22 +197,13 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
     }
 }
 
-/// Stores finished tiles for `--resume` and describes the progress.
-fn interrupted(
-    report: &Report,
-    done: f64,
-    unfinished: Option<ResumeState<Tiles>>,
-    state: Option<StateFile>,
-) -> Result<Failure, Failure> {
-    let then = match (state, unfinished) {
-        (Some(file), Some(unfinished)) => file.save(unfinished, report)?,
-        _ => "it cannot be resumed, since no tile is finished".into(),
+/// Describes the progress, and how to go on.
+fn interrupted(args: &RenderArgs, report: &Report, done: f64, then: &str) -> Failure {
+    let so_far = match &args.output {
+        Output::Share(_) => String::new(),
+        _ => format!(" the image so far is in {};", report.image.file),
     };
-    Ok(Failure::Interrupted(format!(
-        "interrupted: {:.1} % of the work is done, the image so far is in {}; {then}",
-        100.0 * done,
-        report.image.file
-    )))
+    Failure::Interrupted(format!("interrupted: {:.1} % of the work is done,{so_far} {then}", 100.0 * done))
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ fn rendered(done: f64) -> Rendered {
     (report.rays.primary, report.rays.shadow) = (1_000_000, 234_000);
     report.rays.by_depth = vec![DepthInfo::of(1, [1_000_000, 0, 0, 234_000])];
     report.time.render = 1.5;
-    Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, unfinished: None }
+    Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, state: None }
 }
 
 fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, String) {
@@ -68,7 +68,7 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let result =
         deliver.deliver(rendered(done), Instant::now(), &mut console).and_then(|report| match done {
             1.0 => Ok(()),
-            _ => Err(interrupted(&report, done, None, None)?),
+            _ => Err(interrupted(&args, &report, done, "it cannot be resumed")),
         });
     (result, tape.text())
 }
