@@ -157,8 +157,8 @@ fn from_every_state_on_the_way_the_image_is_the_same() {
     let whole = renderer.render(&scene, &settings(&scene, 600)).unwrap();
     let mut keeper = KeepAll { stop: StopAfter(1000), states: Vec::new() };
     let last = renderer.render_with(&scene, &settings(&scene, 170), &mut keeper).unwrap();
-    // Three tiles of three batches and a smaller one; not after the last.
-    assert_eq!(keeper.states.len(), 11);
+    // Inside the first tile, and after each but the last.
+    assert!(keeper.states.len() >= 4, "{}", keeper.states.len());
     assert_eq!((bits(&last), counts(&last.report)), (bits(&whole), counts(&whole.report)));
     for (at, state) in keeper.states.iter().enumerate() {
         let state = ResumeState::read(&mut &state[..]).unwrap();
