@@ -8,7 +8,7 @@ use crate::accuracy::promise::{self, Layer};
 use crate::image::{Format, Metadata, View};
 use crate::lab::render_page::{self, RenderPage};
 use crate::render::{Rendered, State};
-use crate::report::{Report, text};
+use crate::report::{Report, SettingsInfo, text};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::{atomic_file, units};
@@ -51,6 +51,21 @@ pub(crate) fn settings(
     }
     settings.schedule = schedule.schedule();
     Ok(settings)
+}
+
+/// The settings of a render: those of another's plan or report, or of the command line.
+pub(crate) fn render_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+    let Some(path) = &args.settings_of else { return settings(&args.picture, &args.schedule, scene) };
+    /// What plans and reports have in common.
+    #[derive(serde::Deserialize)]
+    struct Chosen {
+        settings: SettingsInfo,
+    }
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let chosen: Chosen = serde_json::from_str(&text)
+        .with_context(|| format!("{} is no plan or report of this program", path.display()))?;
+    let of = |why: String| Failure::Usage(format!("the settings of {} cannot be used: {why}", path.display()));
+    chosen.settings.to_settings(args.schedule.schedule()).map_err(of)
 }
 
 /// How image and report are delivered.

@@ -4,6 +4,7 @@ use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
 use crate::render::{ImageSoFar, Observer, Payload, RenderError, ResumeState, State, Sums};
+use crate::report::Report;
 use anyhow::{Context, anyhow};
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -19,41 +20,39 @@ fn read<P: Payload>(path: &Path) -> io::Result<ResumeState<P>> {
     File::open(path).and_then(|file| ResumeState::read(&mut BufReader::new(file)))
 }
 
-/// The path of an image with something appended to its name.
-fn beside(image: &Path, extension: &str) -> PathBuf {
-    let mut name = image.as_os_str().to_owned();
-    name.push(extension);
-    name.into()
-}
-
-/// `OUT.partial`, which need not exist.
+/// A state file, which need not exist.
 pub(super) struct StateFile {
+    /// Where `--resume` looks: `OUT.partial`.
     path: PathBuf,
-    /// It holds another render's state, which is left as it is.
-    foreign: bool,
+    /// Where this render writes: `path`, or beside it if that holds an unfinished render that this one does not
+    /// continue.
+    to: PathBuf,
 }
 
 impl StateFile {
-    /// The state file of an image file.
-    pub(super) fn of(image: &Path) -> StateFile {
-        StateFile { path: beside(image, ".partial"), foreign: false }
+    /// The state file of an image file, for a render that continues what is there or starts anew.
+    pub(super) fn of(image: &Path, resume: bool) -> StateFile {
+        let path = named(image, ".partial");
+        let to = match resume || !exists(&path) {
+            true => path.clone(),
+            false => free(image),
+        };
+        StateFile { path, to }
     }
 
     /// The stored state if `resume` is set; otherwise only warns if there is one.
     pub(super) fn earlier<P: Payload>(
-        &mut self,
+        &self,
         resume: bool,
         console: &mut Console,
     ) -> Result<Option<ResumeState<P>>, Failure> {
         let name = self.path.display();
-        match (self.path.exists(), resume) {
+        match (exists(&self.path), resume) {
             (true, true) => Ok(Some(read(&self.path).map_err(|error| self.refuse(&error))?)),
             (true, false) => {
                 console.say(&format!(
-                    "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is and \
-                     keeps no state of its own"
+                    "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is"
                 ));
-                self.foreign = true;
                 Ok(None)
             }
             (false, true) => {
@@ -79,32 +78,65 @@ impl StateFile {
         ))
     }
 
-    /// Writes `state`, after `wall` seconds, whole or not at all; says how to continue.
-    pub(super) fn save<P: Payload>(&self, mut state: ResumeState<P>, wall: f64) -> Result<String, Failure> {
-        let name = self.path.display();
-        if self.foreign {
-            return Ok(format!("its state is not kept, since {name} is of another render"));
-        }
-        state.time.wall = wall;
+    /// Writes `state` with the times of `report`, whole or not at all; says how to continue.
+    pub(super) fn save<P: Payload>(
+        &self,
+        mut state: ResumeState<P>,
+        report: &Report,
+    ) -> Result<String, Failure> {
+        state.time = report.time.clone();
+        let name = self.to.display();
         self.write(&state).with_context(|| format!("cannot write {name}"))?;
-        Ok(format!("continue with --resume (state in {name})"))
+        Ok(match self.to == self.path {
+            true => format!("continue with --resume (state in {name})"),
+            false => format!(
+                "the state is in {name}: rename it to {} to continue it with --resume",
+                self.path.display()
+            ),
+        })
     }
 
     fn write(&self, state: &dyn State) -> io::Result<()> {
-        atomic_file::write(&self.path, |out| state.write(out))
+        atomic_file::write(&self.to, |out| state.write(out))
     }
 
-    /// Removes it once the image is whole, unless it is another render's.
+    /// Removes what this render wrote or continued, once the image is whole.
     pub(super) fn remove(&self) -> Result<(), Failure> {
-        if self.foreign {
-            return Ok(());
+        remove(&self.to)
+    }
+}
+
+/// The path of an image with `end` appended to its name.
+fn named(image: &Path, end: &str) -> PathBuf {
+    let mut name = image.as_os_str().to_owned();
+    name.push(end);
+    name.into()
+}
+
+/// The first of `IMAGE.partial.2`, `IMAGE.partial.3` and so on that does not exist.
+fn free(image: &Path) -> PathBuf {
+    let mut number = 2u64;
+    loop {
+        let path = named(image, &format!(".partial.{number}"));
+        if !exists(&path) {
+            return path;
         }
-        match fs::remove_file(&self.path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(anyhow!("cannot remove {}: {error}", self.path.display()).into())
-            }
-            _ => Ok(()),
+        number += 1;
+    }
+}
+
+/// A link that leads nowhere is there as well.
+fn exists(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+/// Removes a file that may be missing.
+pub(super) fn remove(path: &Path) -> Result<(), Failure> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(anyhow!("cannot remove {}: {error}", path.display()).into())
         }
+        _ => Ok(()),
     }
 }
 
@@ -124,7 +156,7 @@ impl<'a> Keeper<'a> {
         file: Option<&'a StateFile>,
         seconds: f64,
     ) -> Keeper<'a> {
-        let file = file.filter(|file| !file.foreign && seconds > 0.0);
+        let file = file.filter(|_| seconds > 0.0);
         let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         Keeper { observer, file, every, due: after(every), failed: false }
     }
@@ -165,7 +197,7 @@ impl Observer for Keeper<'_> {
         {
             self.failed = true;
             // The render may yet be finished. A closed standard error must not end it either.
-            let name = file.path.display();
+            let name = file.to.display();
             let _ = writeln!(io::stderr(), "warning: the state cannot be kept in {name}: {error}");
         }
         self.due = after(self.every.max(start.elapsed().div_f64(WRITING)));
@@ -178,7 +210,7 @@ pub(super) struct KeptState(PathBuf);
 impl KeptState {
     /// `OUT.state` of an image.
     pub(super) fn of(image: &Path) -> KeptState {
-        KeptState(beside(image, ".state"))
+        KeptState(named(image, ".state"))
     }
 
     /// A share.

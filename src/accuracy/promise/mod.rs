@@ -12,6 +12,7 @@ mod fixed;
 mod monotone_progress;
 mod resume_state;
 mod rounding;
+mod settled;
 mod traced;
 mod truncation_choice;
 mod until_error;
@@ -20,6 +21,7 @@ mod watched;
 
 pub use bounded_image::{BoundedImage, Layer};
 pub use resume_state::Bounded;
+pub use settled::Settled;
 pub use until_time::LATE;
 
 use super::bright;

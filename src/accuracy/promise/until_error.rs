@@ -94,7 +94,7 @@ impl Task<'_> {
     }
 
     /// Precision and cut; of no meaning if it was cancelled meanwhile.
-    fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+    pub(super) fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
         self.observer.span(0.0, CHOICE[0]);
         let asked = survey.precision();
         let rounded = self.precision_for(survey, target)?;
@@ -105,7 +105,7 @@ impl Task<'_> {
     }
 
     /// Lets `survey` be as it was chosen.
-    fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
+    pub(super) fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;

@@ -3,6 +3,7 @@
 use super::values::{self, Crop, Output, Size};
 use super::{DeviceArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
+use crate::cli::progress::Style;
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, Share, parse_cutoff};
 use clap::Args;
@@ -27,6 +28,7 @@ Examples:
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
   whitted render scenes/cornell.toml -o part-2.share --share 2/8
+  whitted render scenes/cornell.toml -o part-2.share --share 2/8 --as plan.json
   whitted render scenes/cornell.toml -o a.exr --samples 64 --keep-state
   whitted render scenes/cornell.toml -o a.exr --samples 256 --continue
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
@@ -93,6 +95,14 @@ pub struct RenderArgs {
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long, help_heading = "Device")]
     pub validate: bool,
+
+    /// Take all settings from the JSON of `plan` or of a report, so that all shares have the same
+    #[arg(long = "as", value_name = "PLAN.json", conflicts_with_all = ["size", "samples", "depth", "cutoff", "sampler", "seed", "precision", "origin", "crop", "replicates", "error", "time"], help_heading = "Resuming and sharing")]
+    pub settings_of: Option<PathBuf>,
+
+    /// How progress is shown: bar, plain (lines), json (an object a line), both on standard error, openjd (Open Job Description, on standard output) or none [default: a bar on a terminal]
+    #[arg(long, value_name = "HOW", help_heading = "Messages")]
+    pub progress: Option<Style>,
 
     /// Device to use.
     #[command(flatten)]

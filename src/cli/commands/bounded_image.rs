@@ -1,5 +1,6 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
+use super::render::style;
 use super::reference::{Reference, compared};
 use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
@@ -25,7 +26,9 @@ pub(super) fn is_wanted(args: &RenderArgs) -> bool {
 
 /// Sets the replicates of a render without an error estimate.
 pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
-    settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
+    if args.settings_of.is_none() {
+        settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
+    }
     Ok(())
 }
 
@@ -49,7 +52,7 @@ fn request(
                     .into(),
             ));
         }
-        settings.replicates = replicates(a.replicates, settings.samples)?;
+        set_replicates(args, settings)?;
     }
     Ok(Request {
         target,
@@ -80,17 +83,17 @@ fn replicates(asked: Option<u32>, samples: u32) -> Result<u32, Failure> {
 pub(super) fn run(
     args: &RenderArgs,
     format: Format,
-    mut state: Option<StateFile>,
+    state: Option<StateFile>,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
-    let earlier = match &mut state {
+    let earlier = match &state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = Scene::load(&args.scene)?;
-    let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
+    let mut settings = delivery::render_settings(args, &scene)?;
     let request = request(args, format, &mut settings, started)?;
     let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
@@ -100,7 +103,7 @@ pub(super) fn run(
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
-    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
+    let mut progress = Progress::new(style(args, console), &label);
     let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| {
         let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
         match earlier {
@@ -126,7 +129,8 @@ pub(super) fn run(
     // First what costs most to get again.
     let then = match (&state, unfinished) {
         (Some(file), Some(unfinished)) if cancelled => {
-            format!("; {}", file.save(unfinished, before + started.elapsed().as_secs_f64())?)
+            known.report.time.wall = before + started.elapsed().as_secs_f64();
+            format!("; {}", file.save(unfinished, &known.report)?)
         }
         _ => String::new(),
     };

@@ -5,7 +5,7 @@ use super::plan;
 use super::reference::{Reference, compared};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
-use crate::cli::delivery::{Deliver, settings, validated, writable};
+use crate::cli::delivery::{Deliver, render_settings, validated, writable};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::state::{Keeper, KeptState, StateFile};
@@ -22,11 +22,11 @@ use std::time::Instant;
 /// Renders one image.
 pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
     let format = check(args)?;
-    let mut state = state_file(args);
+    let state = state_file(args);
     if bounded_image::is_wanted(args) {
         return bounded_image::run(args, format, state, started, console);
     }
-    let mut earlier = match &mut state {
+    let mut earlier = match &state {
         Some(state) => state.earlier(args.resume, console)?,
         None => None,
     };
@@ -37,13 +37,13 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     }
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = Scene::load(&args.scene)?;
-    let mut settings = settings(&args.picture, &args.schedule, &scene)?;
+    let mut settings = render_settings(args, &scene)?;
     bounded_image::set_replicates(args, &mut settings)?;
     settings.schedule.share = args.share.unwrap_or_default();
     let reference = Reference::of(args, &settings)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
-    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let style = style(args, console);
     let mut prepared = renderer.prepare(&scene, &settings)?;
     let outline = match args.receipt {
         true => {
@@ -71,12 +71,13 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     rendered.report.reference = reference;
     let done = rendered.done;
     let wall = before + started.elapsed().as_secs_f64();
+    rendered.report.time.wall = wall;
     if let Some(state) = &mut rendered.state {
         state.time.wall = wall;
     }
     // First what costs most to get again.
     let then = match (&state, rendered.state.take_if(|_| done < 1.0)) {
-        (Some(file), Some(unfinished)) => file.save(unfinished, wall)?,
+        (Some(file), Some(unfinished)) => file.save(unfinished, &rendered.report)?,
         _ => "it cannot be resumed".to_owned(),
     };
     if let (Some(kept), Some(state)) = (&kept, rendered.state.as_ref().filter(|_| args.share.is_none())) {
@@ -126,11 +127,16 @@ pub fn run(args: &RenderArgs, started: Instant, console: &mut Console) -> Result
     }
 }
 
+/// How progress is shown: as asked for, or as it suits.
+pub(super) fn style(args: &RenderArgs, console: &Console) -> Style {
+    args.progress.unwrap_or_else(|| Style::choose(console.is_quiet(), console.is_verbose()))
+}
+
 /// The state file of an interrupted render; none for standard output.
 fn state_file(args: &RenderArgs) -> Option<StateFile> {
     match &args.output {
         Output::Stdout => None,
-        Output::File(path, _) | Output::Share(path) => Some(StateFile::of(path)),
+        Output::File(path, _) | Output::Share(path) => Some(StateFile::of(path, args.resume)),
     }
 }
 
@@ -150,6 +156,9 @@ fn check(args: &RenderArgs) -> Result<Format, Failure> {
             return Err(Failure::Usage(
                 "-o - would write a PNG to the terminal: redirect standard output or name a file".into(),
             ));
+        }
+        Output::Stdout if args.progress == Some(Style::OpenJd) => {
+            return Err(Failure::Usage("--progress openjd and -o - both write to standard output".into()));
         }
         Output::Stdout if args.resume || args.more || args.keep_state => {
             return Err(Failure::Usage(

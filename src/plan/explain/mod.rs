@@ -49,6 +49,7 @@ pub fn explain(
         },
         time: None,
         refused: None,
+        error: None,
     }
 }
 

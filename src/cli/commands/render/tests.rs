@@ -38,7 +38,7 @@ fn arguments(words: &[&str]) -> RenderArgs {
 }
 
 fn own_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
-    settings(&args.picture, &args.schedule, scene)
+    render_settings(args, scene)
 }
 
 fn scene() -> Scene {
