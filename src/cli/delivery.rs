@@ -64,7 +64,8 @@ pub(crate) fn render_settings(args: &RenderArgs, scene: &Scene) -> Result<Settin
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let chosen: Chosen = serde_json::from_str(&text)
         .with_context(|| format!("{} is no plan or report of this program", path.display()))?;
-    let of = |why: String| Failure::Usage(format!("the settings of {} cannot be used: {why}", path.display()));
+    let of =
+        |why: String| Failure::Usage(format!("the settings of {} cannot be used: {why}", path.display()));
     chosen.settings.to_settings(args.schedule.schedule()).map_err(of)
 }
 

@@ -160,7 +160,10 @@ mod tests {
         let object = json("a \"b\"", 1, 8).to_string();
         let read: serde_json::Value = serde_json::from_str(&object).unwrap();
         assert_eq!((&read["progress"], &read["label"]), (&0.125.into(), &"a \"b\"".into()));
-        assert_eq!((openjd(1, 8), openjd(9, 8)), ("openjd_progress: 12.5".into(), "openjd_progress: 100.0".into()));
+        assert_eq!(
+            (openjd(1, 8), openjd(9, 8)),
+            ("openjd_progress: 12.5".into(), "openjd_progress: 100.0".into())
+        );
         assert_eq!("openjd".parse(), Ok(Style::OpenJd));
         assert!("loud".parse::<Style>().is_err());
     }

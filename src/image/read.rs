@@ -1,6 +1,6 @@
 //! Pictures read back: PNG, OpenEXR and Radiance HDR to linear `f32` RGB.
 
-use super::{linear8, linear16};
+use super::{Window, exr, linear8, linear16};
 use ::image::{DynamicImage, ImageReader};
 use std::fs::File;
 use std::io::BufReader;
@@ -17,6 +17,8 @@ pub struct Picture {
     pub linear: Vec<[f32; 3]>,
     /// How the file holds it, in plain words.
     pub encoding: &'static str,
+    /// Where it lies in a larger image, if the file says so: a crop as OpenEXR.
+    pub window: Option<Window>,
 }
 
 impl Picture {
@@ -67,6 +69,21 @@ pub enum ReadError {
     },
 }
 
+impl Picture {
+    /// The same part of this picture as `other` is of its larger image, if that has this picture's size; else all of it.
+    #[must_use]
+    pub fn cut_like(self, other: &Picture) -> Picture {
+        match other.window.filter(|window| window.full == [self.width, self.height] && self.window.is_none())
+        {
+            Some(window) => {
+                let [width, height] = window.size;
+                Picture { width, height, linear: window.cut(&self.linear), window: Some(window), ..self }
+            }
+            None => self,
+        }
+    }
+}
+
 fn read(path: &Path) -> Result<Picture, ReadError> {
     let open = |source| ReadError::Open { path: path.to_owned(), source };
     let file = File::open(path).map_err(open)?;
@@ -109,8 +126,16 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
         let (x, y) = (first % width as usize, first / width as usize);
         return Err(ReadError::Transparent { path: path.to_owned(), count, x, y });
     }
-    let linear = pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    Ok(Picture { width, height, linear, encoding })
+    let linear: Vec<[f32; 3]> = pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    let window = File::open(path).ok().and_then(|file| exr::window(BufReader::new(file)));
+    Ok(match window.filter(|window| window.full == [width, height]) {
+        // The decoder fills the rest of the larger image with black.
+        Some(window) => {
+            let [width, height] = window.size;
+            Picture { width, height, linear: window.cut(&linear), encoding, window: Some(window) }
+        }
+        None => Picture { width, height, linear, encoding, window: None },
+    })
 }
 
 #[cfg(test)]

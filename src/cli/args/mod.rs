@@ -12,6 +12,7 @@ mod render;
 mod stress;
 mod sweep;
 mod values;
+mod verify;
 
 pub use calibrate::{CalibrateArgs, Promise};
 pub use compare::{CompareArgs, Metric};
@@ -25,6 +26,7 @@ pub use render::{AccuracyArgs, PictureArgs, RenderArgs};
 pub use stress::StressArgs;
 pub use sweep::SweepArgs;
 pub use values::{Crop, Output, Size};
+pub use verify::VerifyArgs;
 
 use crate::cli::failure::Code;
 use crate::scene::procedural::Shape;
@@ -78,6 +80,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Join the shares of a picture
     Merge(MergeArgs),
+    /// Draw again what a report describes, and say whether the picture is the same
+    Verify(VerifyArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
     /// Show what a render needs and how long it will take, without rendering

@@ -1,7 +1,7 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
-use super::render::style;
 use super::reference::{Reference, compared};
+use super::render::style;
 use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;

@@ -14,6 +14,7 @@ pub mod plan;
 pub mod profile;
 pub mod stress;
 pub mod sweep;
+pub mod verify;
 
 use crate::cli::args::{Cli, Command, Verbosity};
 use crate::cli::console::Console;
@@ -25,6 +26,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
     match &cli.command {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
         Command::Merge(args) => merge::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Verify(args) => verify::run(args, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),
