@@ -2,11 +2,11 @@
 
 use super::Task;
 use super::bounded_image::{BoundedImage, Image};
-use super::resume_state::{Bounded, Stage, options};
+use super::resume_state::{Begun, Bounded, Stage, options};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::PixelSums;
-use crate::render::{Identity, Observer, RenderError, ResumeState, Survey};
+use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
@@ -35,9 +35,10 @@ impl Task<'_> {
 
         let start = Instant::now();
         let compared = survey.precision() != Precision::Double && self.renderer.device().has_double();
+        let begun = Begun { start, identity: &identity, before: &before };
         let half = if compared { 0.5 } else { 1.0 };
         while self.some(&mut survey, &settings, &mut image, [0.0, half])? {
-            [image, truth] = self.keep_budget(&survey, [image, truth], &identity, &before, start);
+            [image, truth] = self.keep_budget(&survey, [image, truth], &begun);
         }
         let mut render = start.elapsed();
         self.show(&survey, &image, start);
@@ -51,7 +52,7 @@ impl Task<'_> {
             prepared += exact.prepared();
             let exact_start = Instant::now();
             while self.some(&mut exact, &double, &mut truth, [0.5, 1.0])? {
-                [image, truth] = self.keep_budget(&survey, [image, truth], &identity, &before, start);
+                [image, truth] = self.keep_budget(&survey, [image, truth], &begun);
             }
             render += exact_start.elapsed();
             if truth.done() == 1.0 {
@@ -99,15 +100,12 @@ impl Task<'_> {
         &mut self,
         survey: &Survey,
         [image, truth]: [PixelSums; 2],
-        identity: &Identity,
-        before: &TimeInfo,
-        start: Instant,
+        begun: &Begun<'_>,
     ) -> [PixelSums; 2] {
         let nothing = || PixelSums::new(image.width, 0, image.replicates);
         let nothing = [nothing(), nothing()];
         let kept = Bounded::new(Stage::Settings, vec![image, truth]);
-        let kept = survey.keep(&mut self.observer, before.clone(), start, identity, kept);
         // They are the two that were put in.
-        <[PixelSums; 2]>::try_from(kept.into_images()).unwrap_or(nothing)
+        <[PixelSums; 2]>::try_from(self.keep(survey, kept, begun)).unwrap_or(nothing)
     }
 }

@@ -28,7 +28,7 @@ use super::bright;
 use super::radiance_bound::{RadianceLimit, radiance_limit};
 use super::unseen::Caps;
 use crate::image::Format;
-use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
+use crate::render::{Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
 use crate::settings::{Settings, SettingsError};
 use monotone_progress::MonotoneProgress;
@@ -160,7 +160,7 @@ impl Renderer {
     }
 
     /// Renders what an earlier, interrupted render left; image and error are the same, bit for bit, as if it had not
-    /// been interrupted. A render for a time cannot be resumed.
+    /// been interrupted. A render for a time goes on for what is left of it, with all samples that it has.
     ///
     /// # Errors
     /// As [`Renderer::render_bounded`]; also [`RenderError::Mismatch`] if `earlier` is of another request, scene,
@@ -200,10 +200,7 @@ impl Renderer {
         let mut image = match request.target {
             Target::Settings => task.fixed(earlier),
             Target::Error(target) => task.until_error(target, earlier),
-            Target::Time { .. } if earlier.is_some() => {
-                return Err(Mismatch("a render with --time goes on from no other".into()).into());
-            }
-            Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
+            Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers, earlier),
         }?;
         if let Some(unfinished) = &mut image.unfinished {
             unfinished.time = image.report.time.clone();

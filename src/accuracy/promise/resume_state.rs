@@ -2,14 +2,15 @@
 
 use super::rounding::RoundingEstimate;
 use super::truncation_choice::TruncationChoice;
-use super::{Request, Target};
+use super::{Request, Target, Task};
 use crate::accuracy::allocate::Allocation;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::unseen::Caps;
-use crate::render::{Kind, Mismatch, Payload};
-use crate::report::SettingsInfo;
+use crate::render::{Identity, Kind, Mismatch, Payload, Survey};
+use crate::report::{SettingsInfo, TimeInfo};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
+use std::time::Instant;
 
 /// How far it was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +19,34 @@ pub(super) enum Stage {
     Settings,
     /// `--error`: everything that was chosen, and the allocation without its samples.
     Error(Box<Chosen>),
+    /// `--time`: the same.
+    Time(Box<Timed>),
+}
+
+/// What `--time` chose, as far as it was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Timed {
+    pub(super) cut: Option<TruncationChoice>,
+    pub(super) rounded: Option<RoundingEstimate>,
+    /// Rays a second.
+    pub(super) pace: f64,
+    pub(super) allocation: Allocation,
+}
+
+/// The render of which states are kept.
+pub(super) struct Begun<'a> {
+    pub(super) start: Instant,
+    pub(super) identity: &'a Identity,
+    /// What earlier parts took.
+    pub(super) before: &'a TimeInfo,
+}
+
+impl Task<'_> {
+    /// Keeps the state of a render that goes on, and gives its samples back.
+    pub(super) fn keep(&mut self, survey: &Survey, kept: Bounded, begun: &Begun<'_>) -> Vec<PixelSums> {
+        let Begun { start, identity, before } = *begun;
+        survey.keep(&mut self.observer, before.clone(), start, identity, kept).images
+    }
 }
 
 /// What `--error` chose.
@@ -45,16 +74,11 @@ impl Bounded {
         Bounded { stage, images }
     }
 
-    /// The samples again.
-    pub(super) fn into_images(self) -> Vec<PixelSums> {
-        self.images
-    }
-
     /// The samples of `--budget`: in the settings' precision, then in f64.
     pub(super) fn into_budget(self) -> Result<Vec<PixelSums>, Mismatch> {
         match self.stage {
             Stage::Settings => Ok(self.images),
-            Stage::Error(_) => Err(Mismatch("it holds no samples of --budget".into())),
+            Stage::Error(_) | Stage::Time(_) => Err(Mismatch("it holds no samples of --budget".into())),
         }
     }
 
@@ -66,6 +90,19 @@ impl Bounded {
             return Ok(*chosen);
         }
         Err(Mismatch("it holds no samples of --error".into()))
+    }
+}
+
+impl Bounded {
+    /// What `--time` chose, with its samples.
+    pub(super) fn into_timed(mut self, caps: Caps) -> Result<Timed, Mismatch> {
+        if let (Stage::Time(mut timed), Some(image)) = (self.stage, self.images.pop())
+            && timed.allocation.put_gathered(image, caps)
+            && (0.0..f64::INFINITY).contains(&timed.pace)
+        {
+            return Ok(*timed);
+        }
+        Err(Mismatch("it holds no samples of --time".into()))
     }
 }
 

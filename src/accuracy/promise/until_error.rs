@@ -1,7 +1,7 @@
 //! `--error`: the cheapest samples, depth and precision whose parts come to the error asked for.
 
 use super::bounded_image::{BoundedImage, Image};
-use super::resume_state::{Bounded, Chosen, Stage, options};
+use super::resume_state::{Begun, Bounded, Chosen, Stage, options};
 use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
@@ -10,7 +10,7 @@ use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{Bits, Format, View};
-use crate::render::{Identity, Observer, RenderError, ResumeState, Survey};
+use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
@@ -222,20 +222,11 @@ impl Task<'_> {
     fn keep_chosen(&mut self, survey: &Survey, chosen: &mut Chosen, begun: &Begun<'_>) {
         let images = vec![chosen.allocation.take_gathered()];
         let kept = Bounded::new(Stage::Error(Box::new(chosen.clone())), images);
-        let Begun { start, identity, before } = *begun;
-        let kept = survey.keep(&mut self.observer, before.clone(), start, identity, kept);
-        for image in kept.into_images() {
+        for image in self.keep(survey, kept, begun) {
             // It is the image that was taken out.
             chosen.allocation.put_gathered(image, self.caps.clone());
         }
     }
-}
-
-/// The render of which states are kept.
-struct Begun<'a> {
-    start: Instant,
-    identity: &'a Identity,
-    before: &'a TimeInfo,
 }
 
 /// The part of the error that keeps it from the target, and a remedy.

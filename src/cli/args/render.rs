@@ -175,7 +175,7 @@ pub struct AccuracyArgs {
     pub error: Option<f64>,
 
     /// Choose samples and depth for the least error in T seconds of wall time
-    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "resume", "replicates"])]
+    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "replicates"])]
     pub time: Option<f64>,
 
     /// Confidence of the stated error, in (0, 1)
