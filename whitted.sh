@@ -9,6 +9,7 @@ usage: ./whitted.sh render   build, then render scenes/cornell.toml to cornell.p
        ./whitted.sh test     build, then run all tests
        ./whitted.sh setup    only set up: `cargo build` then compiles the kernels of glsl/ with shaderc
        ./whitted.sh kernels  compile the kernels, and renew glsl/kernels.pack
+       ./whitted.sh farm-test  build, then run the templates of farm/ on Open Job Description, Slurm and GNU parallel
 
 On Debian and Ubuntu missing packages are installed by apt-get, with sudo if need be. Elsewhere the
 script says what is missing. Nothing is downloaded where nothing is missing.
@@ -178,7 +179,7 @@ setup() {
 
 main() {
     case "${1:-}" in
-    render | test | setup | kernels) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
+    render | test | setup | kernels | farm-test) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
     -h | --help | help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
     esac
@@ -191,6 +192,10 @@ main() {
         say "the picture is $PWD/cornell.png"
         ;;
     test) cargo test --locked --no-fail-fast </dev/null ;;
+    farm-test)
+        cargo build --release --locked </dev/null
+        sh farm/test.sh </dev/null
+        ;;
     setup) say "ready: cargo build and cargo test work" ;;
     kernels)
         WHITTED_UPDATE_KERNELS=1 cargo test --locked --test packed_kernels </dev/null
