@@ -85,15 +85,13 @@ fn a_file_that_is_no_driver_is_named() {
         let output = whitted(&[file], folder.path()).arg("devices").output().unwrap();
         assert_eq!(output.status.code(), Some(4), "{}", both(&output));
         assert!(told(&both(&output)), "{}", both(&output));
-        // Beside a driver that is one, it is a warning.
+        // Beside a driver that is one, it is a warning; but some loaders give up over a file or folder like these.
         let output = whitted(&[file, &lavapipe], folder.path()).arg("devices").output().unwrap();
-        assert!(
-            output.status.success() && told(&String::from_utf8_lossy(&output.stderr)),
-            "{}",
-            both(&output)
-        );
-        let report = render(folder.path(), &[file, &lavapipe], &[], &[]);
-        assert!(told(&report["warnings"].to_string()), "{report}");
+        assert!(told(&String::from_utf8_lossy(&output.stderr)), "{}", both(&output));
+        if file == &missing || output.status.success() {
+            let report = render(folder.path(), &[file, &lavapipe], &[], &[]);
+            assert!(told(&report["warnings"].to_string()), "{report}");
+        }
     }
 }
 
