@@ -48,7 +48,7 @@ fn write_camera(text: &mut String, scene: &Scene) -> std::fmt::Result {
 
 /// A material as a table of the scene format.
 pub(crate) fn table(material: &Material) -> String {
-    let Material { name, diffuse, ambient, secondary, fresnel, ior, priority } = material;
+    let Material { name, diffuse, ambient, secondary, fresnel, ior, priority, .. } = material;
     let mut text = format!(
         "[material.{}]\ndiffuse = {}\nambient = {}\n",
         quoted(name),

@@ -46,6 +46,7 @@ pub(super) fn material(name: &str, table: &Table) -> Result<Material, SceneError
         fresnel: table.get("fresnel").map_or(Ok(Fresnel::Constant(1.0)), |value| fresnel(&value))?,
         priority: or("priority", 0.0, is_priority, PRIORITY_RULE)? as i32,
         ior: or("ior", IOR, |x| IOR_RANGE.contains(&x), IOR_RULE)?,
+        undrawn: None,
     })
 }
 
@@ -80,5 +81,6 @@ pub(super) fn plain(name: &str) -> Material {
         fresnel: Fresnel::Constant(1.0),
         ior: IOR,
         priority: 0,
+        undrawn: None,
     }
 }

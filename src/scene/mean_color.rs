@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use image::{DynamicImage, ImageFormat, ImageReader};
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Seek};
+use std::path::Path;
 
-/// Means over all pixels of a picture, each channel in [0, 1].
+/// Means over all pixels of a picture; each channel in [0, 1], unless the file holds floating-point numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TextureMean {
     /// Red, green, blue as stored: for data such as roughness.
@@ -23,11 +24,30 @@ pub(super) fn of(bytes: &[u8]) -> Result<TextureMean, String> {
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
         return Err("neither PNG nor JPEG".to_owned());
     }
+    decoded(reader)
+}
+
+/// Decodes a picture file of any format and takes its means. Errors say why it cannot be read or decoded.
+pub(super) fn of_file(path: &Path) -> Result<TextureMean, String> {
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+    decoded(reader.map_err(|e| e.to_string())?)
+}
+
+fn decoded<R: BufRead + Seek>(reader: ImageReader<R>) -> Result<TextureMean, String> {
     // The decoder's default limits refuse pictures of more than half a gigabyte before they are allocated.
     Ok(mean(reader.decode().map_err(|e| e.to_string())?))
 }
 
 fn mean(picture: DynamicImage) -> TextureMean {
+    if let DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) = picture {
+        // EXR and HDR hold linear light.
+        let mut sums = Sums::default();
+        for pixel in picture.into_rgba32f().pixels() {
+            let values = pixel.0.map(f64::from);
+            sums.add(values, |i| values[i]);
+        }
+        return sums.means();
+    }
     let wide = picture.color().bytes_per_pixel() > picture.color().channel_count();
     let mut sums = Sums::default();
     if wide {
@@ -79,7 +99,7 @@ pub(super) fn srgb_to_linear(v: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::{Rgba, RgbaImage};
+    use image::{ImageBuffer, Luma, Rgb, Rgba, RgbaImage};
 
     #[test]
     fn a_pictures_means_are_linear_and_weighted_by_alpha() {
@@ -95,5 +115,30 @@ mod tests {
         assert!((mean.stored - DVec3::new(0.5, 0.5, 188.0 / 255.0)).abs().max_element() < 1e-12);
         assert_eq!(mean.alpha, 0.5);
         assert!(of(b"no picture").is_err());
+    }
+
+    #[test]
+    fn codes_are_decoded_before_the_mean() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let color = |name: &str| of_file(&at(name)).map(|mean| mean.color);
+        // Half black, half white: 0.5 of the light, not the light of code 0.5.
+        let halves = |x: u32, _| if x == 0 { Rgb([0u8; 3]) } else { Rgb([255, 0, 255]) };
+        for name in ["a.png", "a.ppm", "a.bmp", "a.tga"] {
+            ImageBuffer::from_fn(2, 3, halves).save(at(name)).unwrap();
+            assert_eq!(color(name), Ok(DVec3::new(0.5, 0.0, 0.5)), "{name}");
+        }
+        // Code 188 of 255 is 0.5029 of white by the standard's table; grey has one channel.
+        ImageBuffer::from_pixel(1, 1, Luma([188u8])).save(at("grey.png")).unwrap();
+        assert!((color("grey.png").unwrap() - DVec3::splat(0.502_886)).length() < 1e-5);
+        // A step of 16 bits is not lost.
+        ImageBuffer::from_pixel(1, 1, Rgb([1u16, 2, 3])).save(at("deep.png")).unwrap();
+        let deep = DVec3::new(1.0, 2.0, 3.0) / (65535.0 * 12.92);
+        assert!((color("deep.png").unwrap() - deep).length() < 1e-12);
+        ImageBuffer::from_pixel(1, 1, Rgb([0.25f32, 2.0, 8.0])).save(at("a.exr")).unwrap();
+        assert_eq!(color("a.exr"), Ok(DVec3::new(0.25, 2.0, 8.0)));
+        assert!(color("none.png").is_err());
+        std::fs::write(at("bad.png"), "no picture").unwrap();
+        assert!(color("bad.png").is_err());
     }
 }

@@ -3,6 +3,7 @@
 
 use super::obj::is_flat;
 use super::table::{MAX_LENGTH, unit};
+use super::triangulate::{self, Cut};
 use super::{Face, Mesh, Transform};
 use glam::DVec3;
 
@@ -74,7 +75,13 @@ impl MeshBuilder {
 
     /// Adds the triangles of a face with three or more corners.
     pub fn polygon(&mut self, corners: &[u32], normals: Option<&[u32]>, material: usize) {
-        for [a, b, c] in triangulate(corners.len()) {
+        let places: Vec<DVec3> = corners.iter().map(|c| self.vertices[*c as usize]).collect();
+        let triangles = match triangulate::cut(&places) {
+            Ok(Cut::Triangles(triangles)) => triangles,
+            // A border that crosses itself, or a corner that is none, leaves nothing better.
+            _ => (1..corners.len().saturating_sub(1) as u32).map(|i| [0, i, i + 1]).collect(),
+        };
+        for [a, b, c] in triangles.into_iter().map(|t| t.map(|i| i as usize)) {
             let normals = normals.map(|n| [n[a], n[b], n[c]]);
             self.triangle([corners[a], corners[b], corners[c]], normals, material);
         }
@@ -95,11 +102,6 @@ impl MeshBuilder {
         let MeshBuilder { vertices, normals, faces, lost, .. } = self;
         (Mesh { name, vertices, normals, faces }, lost)
     }
-}
-
-/// Triangles of a face with `count` corners: a fan from the first.
-fn triangulate(count: usize) -> impl Iterator<Item = [usize; 3]> {
-    (1..count.saturating_sub(1)).map(|i| [0, i, i + 1])
 }
 
 #[cfg(test)]
@@ -127,6 +129,22 @@ mod tests {
         };
         assert_eq!(outside(place), DVec3::Z);
         assert_eq!(outside(place.after(mirror).unwrap()), DVec3::Z);
+    }
+
+    #[test]
+    fn a_dent_is_not_covered() {
+        let mut builder = MeshBuilder::new(Transform::new(1.0, DVec3::ZERO, DVec3::ZERO));
+        for [x, y] in [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5]] {
+            builder.vertex(DVec3::new(x, y, 0.0));
+        }
+        builder.polygon(&[0, 1, 2, 3], None, 0);
+        let (mesh, _) = builder.finish(String::new());
+        let areas = mesh.faces.iter().map(|f| {
+            let [a, b, c] = f.vertices.map(|v| mesh.vertices[v as usize]);
+            (b - a).cross(c - a).z / 2.0
+        });
+        assert_eq!(areas.clone().sum::<f64>(), 1.5);
+        assert!(areas.into_iter().all(|area| area > 0.0));
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub(super) fn read(
     if wanted.node.is_some() && matches!(format, Format::Ply | Format::Stl | Format::Nff) {
         return Err(file.error(
             "`node` picks a part by its name, but PLY, STL and NFF files have no named parts",
-            "remove `node`, or take a glTF file",
+            "remove `node`, or take a glTF or OBJ file",
         ));
     }
     match format {
@@ -97,10 +97,7 @@ pub(super) fn read(
         Format::Ply => ply::read(file, wanted, library, reading),
         Format::Stl => stl::read(file, wanted, library, reading),
         Format::Nff => nff::read(source, wanted, library, reading),
-        Format::Obj => {
-            let mesh = obj::read(source, wanted.object, wanted.material, wanted.place, library)?;
-            Ok(Model { meshes: vec![mesh], ..Model::default() })
-        }
+        Format::Obj => obj::read(source, wanted, library, reading),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What readers assumed, replaced or left out: one line a kind, with a count and the first place.
 
-use super::error::{SceneError, Source};
+use super::error::{SceneError, Source, printable};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -21,6 +21,9 @@ pub struct Note {
     pub line: usize,
 }
 
+/// Kinds that are listed; what comes up later is counted as one more.
+const MAX_KINDS: usize = 50;
+
 impl Notes {
     /// True if nothing had to be assumed.
     pub fn is_empty(&self) -> bool {
@@ -37,6 +40,11 @@ impl Notes {
         self.0.iter().map(Note::to_string).collect()
     }
 
+    /// True if a note of this `message` has its place already, or gets none.
+    fn is_placed(&self, message: &str) -> bool {
+        self.0.len() >= MAX_KINDS || self.0.iter().any(|note| note.message == message)
+    }
+
     /// Counts one more of `message`; `line` is used if it is the first.
     pub(super) fn add(&mut self, message: &str, file: &Path, line: usize) {
         self.add_count(message, 1, file, line);
@@ -47,20 +55,26 @@ impl Notes {
         if count == 0 {
             return;
         }
-        match self.0.iter_mut().find(|note| note.message == message) {
-            Some(note) => note.count += count,
-            None => self.0.push(Note { message: message.to_owned(), count, file: file.to_owned(), line }),
+        let full = self.0.len() >= MAX_KINDS;
+        if let Some(note) = self.0.iter_mut().find(|note| note.message == message) {
+            note.count += count;
+        } else if let (true, Some(last)) = (full, self.0.last_mut()) {
+            // A file of nothing but oddities does not make a list without end.
+            last.message = "and more of other kinds".to_owned();
+            last.count += count;
+        } else {
+            self.0.push(Note { message: message.to_owned(), count, file: file.to_owned(), line });
         }
     }
 }
 
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        write!(f, "{}", printable(&self.file.display().to_string()))?;
         if self.line > 0 {
             write!(f, ":{}", self.line)?;
         }
-        write!(f, ": {}", self.message)?;
+        write!(f, ": {}", printable(&self.message))?;
         if self.count > 1 {
             write!(f, " ({} times)", crate::units::grouped(self.count as u64))?;
         }
@@ -86,11 +100,17 @@ impl Reading {
         message: &str,
         remedy: &str,
     ) -> Result<(), SceneError> {
-        let error = source.error(offset, object, message, remedy);
         if self.strict {
-            return Err(error);
+            return Err(source.error(offset, object, message, remedy));
         }
-        self.notes.add(message, source.file, error.line);
+        self.count(source, offset, message, 1);
         Ok(())
+    }
+
+    /// Counts `count` more of `message`, which is first met at byte `offset` of `source` if it is new.
+    pub fn count(&mut self, source: Source, offset: usize, message: &str, count: usize) {
+        // The line is counted from the start of the text: not for each of many.
+        let line = if self.notes.is_placed(message) { 0 } else { source.place(offset).0 };
+        self.notes.add_count(message, count, source.file, line);
     }
 }

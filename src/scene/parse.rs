@@ -5,10 +5,8 @@ use super::library::Library;
 use super::model::{Model, Wanted};
 use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{
-    Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere, Transform,
-};
-use super::{material, model, polygon, variables, viewing};
+use super::{Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere};
+use super::{material, model, place, polygon, variables, viewing};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -314,13 +312,20 @@ impl Reader {
         })
     }
 
-    fn polygon(&self, table: &Table) -> Result<Polygon, SceneError> {
+    fn polygon(&mut self, table: &Table) -> Result<Polygon, SceneError> {
         table.only(&["vertices", "normal", "material"])?;
         let corners = table.need("vertices", "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
         let items = corners.items("a list of corners", "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
         let mut vertices = items.iter().map(Value::position).collect::<Result<Vec<_>, _>>()?;
-        let mut normal =
-            polygon::normal(&vertices).map_err(|(message, remedy)| corners.error(message, remedy))?;
+        if polygon::drop_repeated(&mut vertices) {
+            corners.assume(
+                &mut self.reading,
+                "corners of a polygon that repeat the one before count once",
+                "remove the corner",
+            )?;
+        }
+        let at_corners = |(message, remedy): polygon::Fault| corners.error(message, remedy);
+        let mut normal = polygon::normal(&vertices).map_err(at_corners)?;
         if let Some(written) = table.get("normal") {
             let direction = written.direction()?;
             if direction.cross(normal).length() > polygon::NORMAL_LEAN {
@@ -335,21 +340,18 @@ impl Reader {
                 normal = -normal;
             }
         }
-        Ok(Polygon { vertices, normal, material: self.material(&table.need("material", "\"white\"")?)? })
+        let cut = polygon::cut(&vertices).map_err(at_corners)?;
+        Ok(Polygon { vertices, normal, cut, material: self.material(&table.need("material", "\"white\"")?)? })
     }
 
     fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {
-        table.only(&["file", "material", "node", "scale", "rotate", "translate"])?;
+        table.only(&["file", "node", "material", "matrix", "scale", "rotate", "translate"])?;
         let name = table.need("file", "\"cube.obj\"")?.text("\"cube.obj\"")?.to_owned();
         table.object = format!("mesh `{name}`");
         let file = table.need("file", "\"cube.obj\"")?;
         let whole = table.get("material").map(|value| self.material(&value)).transpose()?;
-        let sizes = MIN_LENGTH..=MAX_LENGTH;
-        let scale = table.get("scale").map_or(Ok(1.0), |value| {
-            value.number_where(|s| sizes.contains(&s), &format!("greater than 0, at most {MAX_LENGTH:e}"))
-        })?;
-        let rotate = table.get("rotate").map_or(Ok(DVec3::ZERO), |value| value.vector())?;
-        let translate = table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.position())?;
+        let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
+        let place = place::of(&table)?;
 
         let path = table.source.file.parent().unwrap_or(Path::new("")).join(&name);
         let text = std::fs::read(&path).map_err(|e| {
@@ -359,8 +361,6 @@ impl Reader {
         })?;
         self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
-        let place = Transform::new(scale, rotate, translate);
-        let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
         let wanted = Wanted { object: &table.object, material: whole, place, node };
         model::read(source, wanted, &mut self.library, &mut self.reading)
     }

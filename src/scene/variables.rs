@@ -49,8 +49,7 @@ pub(super) fn fill(text: &str, file: &Path, variables: &[(String, String)]) -> R
             used[index] = true;
             (name.len() + 3, variables[index].1.as_str(), true)
         } else {
-            let next = rest[1..].find('$').map_or(rest.len(), |i| i + 1);
-            let next = if rest.starts_with('$') { 1 } else { next };
+            let next = if rest.starts_with('$') { 1 } else { rest.find('$').unwrap_or(rest.len()) };
             (next, &rest[..next], false)
         };
         if is_value {
@@ -131,6 +130,14 @@ mod tests {
     fn filled(text: &str, variables: &[(&str, &str)]) -> Result<Filled, String> {
         let variables: Vec<_> = variables.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
         fill(text, Path::new("s.toml"), &variables).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn letters_of_several_bytes_may_come_first() {
+        for text in ["é", "${x}é$é"] {
+            let used: &[(&str, &str)] = if text.contains('{') { &[("x", "ß")] } else { &[] };
+            assert_eq!(filled(text, used).unwrap().text, text.replace("${x}", "ß"));
+        }
     }
 
     #[test]

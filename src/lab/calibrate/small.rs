@@ -126,7 +126,8 @@ pub(super) fn pixels(scene: &Scene, width: u32, height: u32) -> BTreeMap<u32, Ve
         let planes = scene.polygons.iter().filter_map(|polygon| {
             let foot =
                 light.position - polygon.normal * (light.position - polygon.vertices[0]).dot(polygon.normal);
-            holds(&polygon.vertices, polygon.normal, foot).then_some((foot, polygon.material))
+            let mut triangles = polygon.triangles();
+            triangles.any(|t| holds(&t, polygon.normal, foot)).then_some((foot, polygon.material))
         });
         let balls = scene.spheres.iter().filter_map(|sphere| {
             let away = (light.position - sphere.center).try_normalize()?;
@@ -150,8 +151,8 @@ pub(super) fn pixels(scene: &Scene, width: u32, height: u32) -> BTreeMap<u32, Ve
     found
 }
 
-/// True if a point of the plane lies in the convex polygon, whose corners are counter-clockwise about `normal`.
-fn holds(corners: &[DVec3], normal: DVec3, point: DVec3) -> bool {
+/// True if a point of the plane lies in the triangle, whose corners are counter-clockwise about `normal`.
+fn holds(corners: &[DVec3; 3], normal: DVec3, point: DVec3) -> bool {
     (0..corners.len()).all(|i| {
         let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
         (b - a).cross(point - a).dot(normal) >= 0.0

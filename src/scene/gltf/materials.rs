@@ -183,7 +183,7 @@ impl Materials {
         } else {
             (0.0, Fresnel::Constant(1.0), IOR)
         };
-        let made = Material { name, diffuse, ambient, secondary, fresnel, ior, priority: 0 };
+        let made = Material { name, diffuse, ambient, secondary, fresnel, ior, priority: 0, undrawn: None };
         self.say(m, &made, [base, emission], roughness, exact);
         made
     }

@@ -64,6 +64,7 @@ impl Fill {
                 (true, false) => 1.0,
             },
             priority: 0,
+            undrawn: None,
         }
     }
 }
