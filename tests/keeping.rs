@@ -123,7 +123,6 @@ fn no_output_overwrites_an_input_or_another_output() {
         "sweep cornell.toml --over samples=1 -o d/..".to_owned(),
         "gallery cornell.toml -o .".to_owned(),
         "calibrate cornell.toml -o cornell.toml".to_owned(),
-        "calibrate cornell.toml -o new.md --json d/../new.md".to_owned(),
         "calibrate --families wires -o new.md --page d/../new.jsonl".to_owned(),
         "stress --report d/../new.md --page new.md".to_owned(),
         "stress --page new.md --report epsilon.svg".to_owned(),
