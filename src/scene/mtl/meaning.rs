@@ -111,7 +111,7 @@ impl Written {
             return Ok(mean * kd.unwrap_or(DVec3::ONE));
         }
         let object = format!("texture `{}`", tokens::name(name));
-        let message = "`map_Kd` names a file that is missing or no picture; `Kd` alone is used";
+        let message = "`map_Kd` names a file that is missing or cannot be read; `Kd` alone is used";
         reading.assume(
             source,
             *at,

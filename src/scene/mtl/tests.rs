@@ -99,7 +99,7 @@ fn what_exporters_write_is_mapped_as_viewers_show_it() {
         ("Kd nan nan nan", plain.clone(), 2, "`Kd` without a possible value"),
         ("Ks 0.5 0.5 0.5\nNs 20", plain.clone(), 2, "highlights are not drawn"),
         ("map_Bump -bm 0.3 no.png", plain.clone(), 2, "`map_Bump` is kept"),
-        ("map_Kd no.png", plain.clone(), 2, "missing or no picture"),
+        ("map_Kd no.png", plain.clone(), 2, "missing or cannot be read"),
     ] {
         let (materials, notes) = lenient(&format!("newmtl a\n{statements}\n"));
         let [material] = &materials[..] else { panic!("{statements}") };
