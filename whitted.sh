@@ -12,6 +12,7 @@ usage: ./whitted.sh render   build, then render scenes/cornell.toml to cornell.p
                              the system, SwiftShader of Chromium, lavapipe of Debian 13 in a folder of its own
        ./whitted.sh setup    only set up: `cargo build` then compiles the kernels of glsl/ with shaderc
        ./whitted.sh kernels  compile the kernels, and renew glsl/kernels.pack
+       ./whitted.sh farm-test  build, then run the templates of farm/ on Open Job Description, Slurm and GNU parallel
 
 On Debian and Ubuntu missing packages are installed by apt-get, with sudo if need be. Elsewhere the
 script says what is missing. Nothing is downloaded where nothing is missing.
@@ -217,7 +218,7 @@ setup() {
 
 main() {
     case "${1:-}" in
-    render | test | devices-test | setup | kernels) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
+    render | test | devices-test | setup | kernels | farm-test) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
     -h | --help | help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
     esac
@@ -231,6 +232,10 @@ main() {
         ;;
     test) cargo test --locked --no-fail-fast </dev/null ;;
     devices-test) test_devices ;;
+    farm-test)
+        cargo build --release --locked </dev/null
+        sh farm/test.sh </dev/null
+        ;;
     setup) say "ready: cargo build and cargo test work" ;;
     kernels)
         WHITTED_UPDATE_KERNELS=1 cargo test --locked --test packed_kernels </dev/null

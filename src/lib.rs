@@ -74,7 +74,7 @@ pub use image::{Picture, ReadError, SaveError};
 pub use plan::PlanError;
 pub use render::{
     Convergence, ImageSoFar, Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer,
-    ResumeState, Tiles,
+    ResumeState, Sums,
 };
 pub use report::Report;
 pub use scene::{Scene, SceneError};

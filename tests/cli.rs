@@ -264,7 +264,22 @@ fn a_crop_is_cut_from_the_same_image() {
     small(&at("whole.exr")).assert().success();
     small(&at("part.exr")).args(["--crop", "5,4,19,13"]).assert().success();
     let whole = image::open(at("whole.exr")).unwrap().crop_imm(5, 4, 14, 9);
-    assert_eq!(whole.into_rgb32f(), image::open(at("part.exr")).unwrap().into_rgb32f());
+    // An EXR keeps its place: other readers see it in the whole image, black around.
+    let part = image::open(at("part.exr")).unwrap();
+    assert_eq!((part.width(), part.height()), (24, 20));
+    assert_eq!(part.to_rgb32f().get_pixel(4, 4).0, [0.0; 3]);
+    assert_eq!(whole.to_rgb32f(), part.crop_imm(5, 4, 14, 9).into_rgb32f());
+    small(&at("part.png")).args(["--crop", "5,4,19,13"]).assert().success();
+    assert_eq!(image::open(at("part.png")).unwrap().width(), 14);
+    // `compare` looks at the pixels that are there, and at no others.
+    let same = |a: &str, b: &str| {
+        whitted(&["compare", &at(a), &at(b), "--metric", "rmse", "--threshold", "0"]).assert()
+    };
+    same("part.exr", "part.exr").success();
+    same("part.exr", "whole.exr").success();
+    same("whole.exr", "part.exr").success();
+    small(&at("other.exr")).args(["--crop", "5,4,19,13", "--seed", "1"]).assert().success();
+    same("other.exr", "whole.exr").code(6);
 }
 
 #[test]
@@ -338,9 +353,9 @@ fn an_interrupt_ends_with_130_and_a_partial_image() {
     let words = ["--size", "120x100", "--samples", "1000000", "--batch-samples", "4"];
     let (last, code) = interrupted(&at("a.png"), &words);
     assert!(last.starts_with("interrupted: "), "{last}");
-    assert!(last.contains("a.incomplete.png; it cannot be resumed"), "{last}");
+    assert!(last.contains("a.incomplete.png; continue with --resume"), "{last}");
     assert_eq!(code, Some(130));
-    assert_eq!(names(folder.path()), ["a.incomplete.png"]);
+    assert_eq!(names(folder.path()), ["a.incomplete.png", "a.png.partial"]);
     assert!(fs::read(at("a.incomplete.png")).unwrap().starts_with(PNG));
 }
 

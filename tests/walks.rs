@@ -125,7 +125,7 @@ fn what_was_stopped_on_the_way_goes_on_to_the_same_bits() {
     for patience in [60, 300, 700] {
         let stopped = renderer.render_with(&scene, &parts, &mut Impatient(patience.into(), false)).unwrap();
         assert!(stopped.done < 1.0, "{patience}");
-        let Some(state) = stopped.unfinished else { continue };
+        let Some(state) = stopped.state else { continue };
         let rest = renderer.resume(&scene, &parts, state, &mut Quiet).unwrap();
         assert_eq!(differing(&whole.linear, &rest.linear), 0, "{patience}");
         resumed += 1;

@@ -225,7 +225,20 @@ impl Allocation {
             && gathered.replicates == self.gathered.replicates
             && gathered.samples.len() as u64 == u64::from(gathered.width) * u64::from(self.height);
         self.gathered = gathered;
-        fits
+        fits && self.is_sound()
+    }
+
+    /// True if all pixels and classes that are named are there: what was read from a file need not be so.
+    fn is_sound(&self) -> bool {
+        let all = self.gathered.samples.len();
+        let within = |pixels: &[u32]| pixels.iter().all(|p| (*p as usize) < all);
+        let class = |c: &Class| within(&c.pixels) && c.ahead <= c.pixels.len() && c.samples > 0;
+        let step = |s: &Step| {
+            let parts = s.parts.iter().all(|(class, _)| *class < self.classes.len());
+            within(&s.pixels) && parts && s.samples.start < s.samples.end
+        };
+        let numbers = self.piloted <= all && self.round <= 1 << 30 && self.goal.first > 0;
+        numbers && self.classes.iter().all(class) && self.open.iter().all(step)
     }
 
     /// True while a step that was cut short waits to be completed.

@@ -184,6 +184,12 @@ impl Unseen {
         }
     }
 
+    /// As many times as many pixels of each kind.
+    pub fn times(mut self, times: u64) -> Unseen {
+        self.pixels.values_mut().for_each(|count| *count *= times);
+        self
+    }
+
     /// True if something brighter than white may be unseen.
     pub fn is_bright(&self) -> bool {
         self.pixels.keys().any(|(_, radiance, _)| f32::from_bits(*radiance) > 1.0)

@@ -5,13 +5,13 @@ use super::commands::command_line;
 use super::console::Console;
 use super::failure::Failure;
 use super::files::Files;
-use super::state::{StateFile, remove};
+use super::state::{KeptState, StateFile, remove};
 use crate::accuracy::promise::{self, Layer};
 use crate::image::{Bits, Format, Metadata, View, heat};
 use crate::lab::render_page::{self, RenderPage};
 use crate::plan::host_memory::{self, HostWork, LARGEST_FILE};
-use crate::render::{RenderError, Rendered};
-use crate::report::{Report, text};
+use crate::render::{RenderError, Rendered, State};
+use crate::report::{Report, SettingsInfo, text};
 use crate::scene::{Scene, is_model};
 use crate::settings::Settings;
 use crate::{atomic_file, units};
@@ -49,6 +49,22 @@ pub(crate) fn settings(
     }
     settings.schedule = schedule.schedule();
     Ok(settings)
+}
+
+/// The settings of a render: those of another's plan or report, or of the command line.
+pub(crate) fn render_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
+    let Some(path) = &args.settings_of else { return settings(&args.picture, &args.schedule, scene) };
+    /// What plans and reports have in common.
+    #[derive(serde::Deserialize)]
+    struct Chosen {
+        settings: SettingsInfo,
+    }
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let chosen: Chosen = serde_json::from_str(&text)
+        .with_context(|| format!("{} is no plan or report of this program", path.display()))?;
+    let of =
+        |why: String| Failure::Usage(format!("the settings of {} cannot be used: {why}", path.display()));
+    chosen.settings.to_settings(args.schedule.schedule()).map_err(of)
 }
 
 /// Checks, before the device is opened, that the host can hold the image while it is rendered and written.
@@ -116,6 +132,7 @@ impl Deliver<'_> {
         report.image.file = match &self.args.output {
             Output::Stdout => "-".into(),
             Output::File(path, _) => self.place(path).display().to_string(),
+            Output::Share(path) => path.display().to_string(),
         };
         report.scene.variables =
             self.args.read.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
@@ -209,6 +226,11 @@ impl Deliver<'_> {
                 atomic_file::write(&path, |out| encode(out))
                     .with_context(|| format!("cannot write {}", path.display()))
             }
+            Output::Share(path) => match &rendered.state {
+                Some(state) if self.complete => atomic_file::write(path, |out| state.write(out))
+                    .with_context(|| format!("cannot write {}", path.display())),
+                _ => Ok(()),
+            },
         }?)
     }
 
@@ -259,9 +281,12 @@ fn incomplete_files(args: &RenderArgs) -> Vec<PathBuf> {
     files
 }
 
-/// Removes what an interrupted render left, once the render that continued it is complete.
+/// Removes the state that a render kept on its way, and what an interrupted one left, once it is continued to the end.
 pub(crate) fn remove_unfinished(args: &RenderArgs, state: &StateFile) -> Result<(), Failure> {
     state.remove()?;
+    if !args.resume {
+        return Ok(());
+    }
     incomplete_files(args).iter().try_for_each(|path| remove(path))
 }
 
@@ -271,10 +296,16 @@ pub(crate) fn files(args: &RenderArgs, state: Option<&StateFile>) -> Files {
     if let Some(truth) = &args.accuracy.reference {
         files = files.reads("--reference", truth);
     }
+    if let Some(of) = &args.settings_of {
+        files = files.reads("--as", of);
+    }
     let image = match &args.output {
         Output::Stdout => Path::new("-"),
-        Output::File(path, _) => path,
+        Output::File(path, _) | Output::Share(path) => path,
     };
+    if matches!(args.output, Output::File(..)) && (args.more || args.keep_state) {
+        files = files.may_write("the kept state", KeptState::of(image).path());
+    }
     files = files.writes("-o", Some(image));
     files = files.writes("--report", args.report.as_deref()).writes("--page", args.page.as_deref());
     for layer in layer_files(args, image) {

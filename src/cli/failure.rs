@@ -41,7 +41,7 @@ impl Code {
         (Code::DeviceLost, "the device was lost"),
         (
             Code::AboveThreshold,
-            "compare: the difference is above --threshold, or significant; or a picture of a folder has no partner",
+            "compare: the difference is above --threshold, or significant; or a picture of a folder has no partner. verify: the picture is another one",
         ),
         (
             Code::Unmet,

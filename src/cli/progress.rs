@@ -7,6 +7,7 @@ use crate::vk::{self, Watch};
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
+use std::str::FromStr;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -120,6 +121,25 @@ pub enum Style {
     Bar,
     /// One plain line a second at most.
     Lines,
+    /// The same as JSON objects.
+    Json,
+    /// Messages of Open Job Description, on standard output.
+    OpenJd,
+}
+
+impl FromStr for Style {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Style, String> {
+        Ok(match text {
+            "bar" => Style::Bar,
+            "plain" => Style::Lines,
+            "json" => Style::Json,
+            "openjd" => Style::OpenJd,
+            "none" => Style::Hidden,
+            _ => return Err("write bar, plain, json, openjd or none".into()),
+        })
+    }
 }
 
 impl Style {
@@ -148,7 +168,7 @@ impl Progress {
     pub fn new(style: Style, label: &str) -> Progress {
         let bar = match style {
             Style::Bar => ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr()),
-            Style::Hidden | Style::Lines => ProgressBar::hidden(),
+            Style::Hidden | Style::Lines | Style::Json | Style::OpenJd => ProgressBar::hidden(),
         };
         if let Ok(look) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3}% {elapsed}, {eta} left")
         {
@@ -165,10 +185,17 @@ impl Observer for Progress {
         WORKED.store(true, Ordering::SeqCst);
         self.bar.set_length(total);
         self.bar.set_position(done);
-        if self.style == Style::Lines && self.spoke.elapsed() >= Duration::from_secs(1) {
+        let lines = matches!(self.style, Style::Lines | Style::Json | Style::OpenJd);
+        // Readers of messages wait for the last one.
+        let last = done == total && self.style != Style::Lines;
+        if lines && (last || self.spoke.elapsed() >= Duration::from_secs(1)) {
             self.spoke = Instant::now();
-            // A closed standard error must not end the render.
-            let _ = writeln!(io::stderr(), "{}", line(&self.label, done, total));
+            // A closed stream must not end the render.
+            let _ = match self.style {
+                Style::Json => writeln!(io::stderr(), "{}", json(&self.label, done, total)),
+                Style::OpenJd => writeln!(io::stdout(), "{}", openjd(done, total)),
+                _ => writeln!(io::stderr(), "{}", line(&self.label, done, total)),
+            };
         }
     }
 
@@ -188,6 +215,21 @@ fn line(label: &str, done: u64, total: u64) -> String {
     format!("{label}: {:.1} %", 100.0 * done as f64 / total.max(1) as f64)
 }
 
+/// Share that is done.
+fn share(done: u64, total: u64) -> f64 {
+    (done as f64 / total.max(1) as f64).min(1.0)
+}
+
+/// An object with what is rendered, and how much of it is done: of `total` units of work, and of 1.
+fn json(label: &str, done: u64, total: u64) -> serde_json::Value {
+    serde_json::json!({ "progress": share(done, total), "done": done, "total": total, "label": label })
+}
+
+/// Percent, as Open Job Description reads it from a task's output ("How Jobs Are Run", 2023-09).
+fn openjd(done: u64, total: u64) -> String {
+    format!("openjd_progress: {:.1}", 100.0 * share(done, total))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,6 +245,19 @@ mod tests {
         let after = |seconds| request(Some(Duration::from_secs_f64(seconds)));
         assert_eq!((request(None), after(0.0), after(0.9)), (Request::Stop, Request::Same, Request::Same));
         assert_eq!((after(1.1), after(60.0)), (Request::End, Request::End));
+    }
+
+    #[test]
+    fn messages_for_programs() {
+        let object = json("a \"b\"", 1, 8).to_string();
+        let read: serde_json::Value = serde_json::from_str(&object).unwrap();
+        assert_eq!((&read["progress"], &read["label"]), (&0.125.into(), &"a \"b\"".into()));
+        assert_eq!(
+            (openjd(1, 8), openjd(9, 8)),
+            ("openjd_progress: 12.5".into(), "openjd_progress: 100.0".into())
+        );
+        assert_eq!("openjd".parse(), Ok(Style::OpenJd));
+        assert!("loud".parse::<Style>().is_err());
     }
 
     #[test]

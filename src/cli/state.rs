@@ -1,14 +1,24 @@
-//! The state file next to an image, `OUT.partial`: the finished part of an interrupted render.
+//! The state files next to an image: `OUT.partial`, of a render on its way, and `OUT.state`, of a finished one.
 
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::{Payload, RenderError, ResumeState};
+use crate::render::{ImageSoFar, Observer, Payload, RenderError, ResumeState, State, Sums};
 use crate::report::Report;
 use anyhow::{Context, anyhow};
+use std::fmt::Display;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Share of the time that writing states may take.
+const WRITING: f64 = 0.05;
+
+/// Reads a state of any kind of render.
+fn read<P: Payload>(path: &Path) -> io::Result<ResumeState<P>> {
+    File::open(path).and_then(|file| ResumeState::read(&mut BufReader::new(file)))
+}
 
 /// A state file, which need not exist.
 pub(super) struct StateFile {
@@ -22,7 +32,7 @@ pub(super) struct StateFile {
 impl StateFile {
     /// The state file of an image file, for a render that continues what is there or starts anew.
     pub(super) fn of(image: &Path, resume: bool) -> StateFile {
-        let path = named(image, "");
+        let path = named(image, ".partial");
         let to = match resume || !exists(&path) {
             true => path.clone(),
             false => free(image),
@@ -48,10 +58,7 @@ impl StateFile {
     ) -> Result<Option<ResumeState<P>>, Failure> {
         let name = self.path.display();
         match (exists(&self.path), resume) {
-            (true, true) => {
-                let read = File::open(&self.path).and_then(|mut file| ResumeState::read(&mut file));
-                Ok(Some(read.map_err(|error| self.refuse(&error))?))
-            }
+            (true, true) => Ok(Some(read(&self.path).map_err(|error| self.refuse(&error))?)),
             (true, false) => {
                 console.say(&format!(
                     "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is"
@@ -74,7 +81,7 @@ impl StateFile {
         }
     }
 
-    fn refuse(&self, why: &dyn std::fmt::Display) -> Failure {
+    fn refuse(&self, why: &dyn Display) -> Failure {
         Failure::Other(anyhow!(
             "cannot continue {}: {why}; restore what differs, or leave out --resume to start from the beginning",
             self.path.display()
@@ -89,8 +96,7 @@ impl StateFile {
     ) -> Result<String, Failure> {
         state.time = report.time.clone();
         let name = self.to.display();
-        atomic_file::write(&self.to, |out| state.write(out))
-            .with_context(|| format!("cannot write {name}"))?;
+        self.write(&state).with_context(|| format!("cannot write {name}"))?;
         Ok(match self.to == self.path {
             true => format!("continue with --resume (state in {name})"),
             false => format!(
@@ -100,16 +106,20 @@ impl StateFile {
         })
     }
 
-    /// Removes it once the image is whole.
+    fn write(&self, state: &dyn State) -> io::Result<()> {
+        atomic_file::write(&self.to, |out| state.write(out))
+    }
+
+    /// Removes what this render wrote or continued, once the image is whole.
     pub(super) fn remove(&self) -> Result<(), Failure> {
-        remove(&self.path)
+        remove(&self.to)
     }
 }
 
-/// `IMAGE.partial`, and what follows it.
+/// The path of an image with `end` appended to its name.
 fn named(image: &Path, end: &str) -> PathBuf {
     let mut name = image.as_os_str().to_owned();
-    name.push(format!(".partial{end}"));
+    name.push(end);
     name.into()
 }
 
@@ -117,7 +127,7 @@ fn named(image: &Path, end: &str) -> PathBuf {
 fn free(image: &Path) -> PathBuf {
     let mut number = 2u64;
     loop {
-        let path = named(image, &format!(".{number}"));
+        let path = named(image, &format!(".partial.{number}"));
         if !exists(&path) {
             return path;
         }
@@ -137,5 +147,121 @@ pub(super) fn remove(path: &Path) -> Result<(), Failure> {
             Err(anyhow!("cannot remove {}: {error}", path.display()).into())
         }
         _ => Ok(()),
+    }
+}
+
+/// An observer that writes the state of long work every few seconds: whatever ends the process, no more is lost.
+pub(super) struct Keeper<'a> {
+    observer: &'a mut dyn Observer,
+    file: Option<&'a StateFile>,
+    every: Duration,
+    due: Instant,
+    failed: bool,
+}
+
+impl<'a> Keeper<'a> {
+    /// Writes to `file` every `seconds`; not at all if there is no file, or `seconds` is 0.
+    pub(super) fn new(
+        observer: &'a mut dyn Observer,
+        file: Option<&'a StateFile>,
+        seconds: f64,
+    ) -> Keeper<'a> {
+        let file = file.filter(|_| seconds > 0.0);
+        let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        Keeper { observer, file, every, due: after(every), failed: false }
+    }
+}
+
+/// A time in the future, however far.
+fn after(time: Duration) -> Instant {
+    let now = Instant::now();
+    now.checked_add(time).unwrap_or(now + Duration::from_secs(1 << 30))
+}
+
+impl Observer for Keeper<'_> {
+    fn progress(&mut self, done: u64, total: u64) {
+        self.observer.progress(done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
+
+    fn watches(&self) -> bool {
+        self.observer.watches()
+    }
+
+    fn image(&mut self, so_far: &ImageSoFar<'_>) {
+        self.observer.image(so_far);
+    }
+
+    fn wants_state(&self) -> bool {
+        self.file.is_some() && Instant::now() >= self.due
+    }
+
+    fn keep(&mut self, state: &dyn State) {
+        let Some(file) = self.file else { return };
+        let start = Instant::now();
+        if let Err(error) = file.write(state)
+            && !self.failed
+        {
+            self.failed = true;
+            // The render may yet be finished. A closed standard error must not end it either.
+            let name = file.to.display();
+            let _ = writeln!(io::stderr(), "warning: the state cannot be kept in {name}: {error}");
+        }
+        self.due = after(self.every.max(start.elapsed().div_f64(WRITING)));
+    }
+}
+
+/// The state of a finished image: `OUT.state`, or a share, which is its own.
+pub(super) struct KeptState(PathBuf);
+
+impl KeptState {
+    /// `OUT.state` of an image.
+    pub(super) fn of(image: &Path) -> KeptState {
+        KeptState(named(image, ".state"))
+    }
+
+    /// A share.
+    pub(super) fn share(path: &Path) -> KeptState {
+        KeptState(path.to_owned())
+    }
+
+    /// Its path.
+    pub(super) fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Reads it.
+    pub(super) fn read(&self) -> Result<ResumeState<Sums>, Failure> {
+        read(&self.0).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Failure::Other(anyhow!(
+                "there is no {}: {}",
+                self.0.display(),
+                match self.0.extension().is_some_and(|e| e == "share") {
+                    true => "render it with --share",
+                    false => "a render with --keep-state writes it, and --continue adds samples to it",
+                }
+            )),
+            _ => Failure::Other(anyhow!("cannot read {}: {error}", self.0.display())),
+        })
+    }
+
+    /// A render's error, with a remedy if this file is the cause.
+    pub(super) fn explain(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Mismatch(why) => Failure::Other(anyhow!(
+                "cannot add samples to {}: {why}; restore what differs, or leave out --continue to start from the beginning",
+                self.0.display()
+            )),
+            other => other.into(),
+        }
+    }
+
+    /// Writes it, whole or not at all.
+    pub(super) fn write(&self, state: &dyn State) -> Result<(), Failure> {
+        Ok(atomic_file::write(&self.0, |out| state.write(out))
+            .with_context(|| format!("cannot write {}", self.0.display()))?)
     }
 }

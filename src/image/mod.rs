@@ -14,7 +14,7 @@ mod save;
 mod srgb;
 pub(crate) mod text;
 
-pub use metadata::Metadata;
+pub use metadata::{Metadata, Window};
 pub use png::png8;
 pub use read::{Picture, ReadError, is_picture};
 pub use read_metadata::read_metadata;
@@ -105,6 +105,16 @@ impl Format {
         }
     }
 
+    /// What a reader finds in the file of a pixel: linear RGB.
+    pub fn stored(self, pixel: [f32; 3]) -> [f32; 3] {
+        match self {
+            Format::Png(Bits::Eight) | Format::Ppm(Bits::Eight) => pixel.map(|x| linear8(code8(x))),
+            Format::Png(Bits::Sixteen) | Format::Ppm(Bits::Sixteen) => pixel.map(|x| linear16(code16(x))),
+            Format::Exr | Format::Pfm => pixel,
+            Format::Hdr => hdr::stored(pixel),
+        }
+    }
+
     /// RMSE, in linear light clamped to [0, 1], between the image and what the file holds of it.
     pub fn encoding_error(self, view: View<'_>) -> f64 {
         let of = |read: &(dyn Fn([f32; 3]) -> [f32; 3] + Sync)| {
@@ -116,12 +126,8 @@ impl Format {
             (sum / (3 * view.linear.len().max(1)) as f64).sqrt()
         };
         match self {
-            Format::Png(Bits::Eight) | Format::Ppm(Bits::Eight) => of(&|p| p.map(|x| linear8(code8(x)))),
-            Format::Png(Bits::Sixteen) | Format::Ppm(Bits::Sixteen) => {
-                of(&|p| p.map(|x| linear16(code16(x))))
-            }
             Format::Exr | Format::Pfm => 0.0,
-            Format::Hdr => of(&hdr::stored),
+            _ => of(&|p| self.stored(p)),
         }
     }
 

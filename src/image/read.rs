@@ -1,6 +1,6 @@
 //! Pictures read back: PNG, OpenEXR, Radiance HDR, PPM and PFM to linear `f32` RGB.
 
-use super::{linear8, linear16, pfm, ppm};
+use super::{Window, exr, linear8, linear16, pfm, ppm};
 use crate::host_memory;
 use crate::units;
 use ::exr::meta::MetaData;
@@ -20,6 +20,8 @@ pub struct Picture {
     pub linear: Vec<[f32; 3]>,
     /// How the file holds it, in plain words.
     pub encoding: &'static str,
+    /// Where it lies in a larger image, if the file says so: a crop as OpenEXR.
+    pub window: Option<Window>,
 }
 
 impl Picture {
@@ -118,6 +120,21 @@ pub fn is_picture(path: &Path) -> bool {
     read.is_ok() && (ppm::is_ppm(&start) || pfm::is_pfm(&start) || ::image::guess_format(&start).is_ok())
 }
 
+impl Picture {
+    /// The same part of this picture as `other` is of its larger image, if that has this picture's size; else all of it.
+    #[must_use]
+    pub fn cut_like(self, other: &Picture) -> Picture {
+        match other.window.filter(|window| window.full == [self.width, self.height] && self.window.is_none())
+        {
+            Some(window) => {
+                let [width, height] = window.size;
+                Picture { width, height, linear: window.cut(&self.linear), window: Some(window), ..self }
+            }
+            None => self,
+        }
+    }
+}
+
 fn read(path: &Path) -> Result<Picture, ReadError> {
     let open = |source| ReadError::Open { path: path.to_owned(), source };
     let decode = |source: Box<dyn std::error::Error + Send + Sync>| ReadError::Decode {
@@ -142,7 +159,7 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
             false => pfm::decode(&bytes).map(|(width, height, linear)| (width, height, linear, "linear")),
         }
         .map_err(|why| decode(why.into()))?;
-        return Ok(Picture { width, height, linear, encoding });
+        return Ok(Picture { width, height, linear, encoding, window: None });
     }
     if start.starts_with(&EXR) {
         check_exr(&room, &mut file)?;
@@ -167,7 +184,20 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     if pixels == 0 {
         return Err(room.wrong([width, height]));
     }
-    picture(path, &DynamicImage::from_decoder(decoder).map_err(|e| decode(e.into()))?)
+    let whole = picture(path, &DynamicImage::from_decoder(decoder).map_err(|e| decode(e.into()))?)?;
+    Ok(if start.starts_with(&EXR) { data_of(path, whole) } else { whole })
+}
+
+/// The part of an OpenEXR picture that the file has data of: the decoder fills the rest of a larger image with black.
+fn data_of(path: &Path, whole: Picture) -> Picture {
+    let window = File::open(path).ok().and_then(|file| exr::window(BufReader::new(file)));
+    match window.filter(|window| window.full == [whole.width, whole.height]) {
+        Some(window) => {
+            let [width, height] = window.size;
+            Picture { width, height, linear: window.cut(&whole.linear), window: Some(window), ..whole }
+        }
+        None => whole,
+    }
 }
 
 /// Bytes that tell a format.
@@ -275,7 +305,7 @@ fn picture(path: &Path, image: &DynamicImage) -> Result<Picture, ReadError> {
         let (x, y) = (first % width as usize, first / width as usize);
         return Err(ReadError::Transparent { path: path.to_owned(), count: taken.count, x, y });
     }
-    Ok(Picture { width, height, linear: taken.linear, encoding })
+    Ok(Picture { width, height, linear: taken.linear, encoding, window: None })
 }
 
 const PLAIN: &str = "8-bit sRGB";

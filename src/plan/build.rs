@@ -159,6 +159,10 @@ impl Plan {
         if let Some(tile) = settings.schedule.tile_pixels {
             self.tile_pixels = self.tile_pixels.min(tile.max(1));
         }
+        let share = settings.schedule.share;
+        if !share.is_whole() {
+            self.tile_pixels = self.tile_pixels.min(share.tile_side(settings.region()).pow(2));
+        }
         self.batch_samples = (batch / self.tile_pixels).clamp(1, settings.samples);
         // `resolve` walks a pixel's samples of the batch in one loop, in a survey in two.
         self.batch_samples = self.batch_samples.min(abi::LOOP_CAP / 2);

@@ -8,7 +8,7 @@ use crate::kernel::abi::{self, Buf, DepthCount, Film, Mark};
 use crate::plan::Plan;
 use crate::plan::dispatches::{Batch, Step, dispatches};
 use crate::plan::passes::Size;
-use crate::plan::tiles::{self, Tile};
+use crate::plan::tiles::Tile;
 use crate::prepare::Packed;
 use crate::report::test_counts::tests_of;
 use crate::report::timeline::Submit;
@@ -42,25 +42,6 @@ const TRANSIENT: &[Buf] = &[
     Buf::Paths,
     Buf::Walks,
 ];
-
-/// The pixels rendered so far: whole tiles, and the tile that was cut short.
-pub(super) struct Drawn {
-    /// The region's pixels, linear.
-    pub(super) linear: Vec<[f32; 3]>,
-    /// Rectangles with all their samples.
-    pub(super) finished: Vec<Tile>,
-    /// Counts and times of the finished rectangles.
-    pub(super) tally: Tally,
-}
-
-impl Drawn {
-    /// Nothing yet.
-    pub(super) fn new(settings: &Settings) -> Drawn {
-        let [x0, y0, x1, y1] = settings.region();
-        let pixels = (x1 - x0) as usize * (y1 - y0) as usize;
-        Drawn { linear: vec![[0.0; 3]; pixels], finished: Vec::new(), tally: Tally::default() }
-    }
-}
 
 /// Pixels that are traced together: a tile, or a list.
 #[derive(Debug, Clone, Copy)]
@@ -164,54 +145,20 @@ impl Batches {
         (self.batch_samples, self.rate) = (self.plan.batch_samples, 0.0);
     }
 
-    /// The tiles that `drawn` lacks, until done or cancelled. Gives the share of samples done and what
-    /// the tile that was cut short counted.
-    pub(super) fn render(
+    /// Puts a tile whose queue overflowed, and the samples that it has, back to `work`, for smaller batches or in
+    /// halves.
+    pub(super) fn retry(
         &mut self,
-        drawn: &mut Drawn,
-        observer: &mut dyn Observer,
-    ) -> Result<(f64, Tally), RenderError> {
-        let region = self.settings.region();
-        let total = drawn.linear.len() as u64 * u64::from(self.settings.samples);
-        let mut work = tiles::remaining(tiles::tiles(region, self.plan.tile_pixels), &drawn.finished);
-        let pixels: u64 = drawn.finished.iter().map(|t| u64::from(t.pixels())).sum();
-        let mut done = pixels * u64::from(self.settings.samples);
-        let mut cut = Tally::default();
-        while let Some(tile) = work.pop() {
-            match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
-                End::Done(0, _) => break,
-                End::Done(samples, tally) => {
-                    let (film, _) = self.film(tile.pixels())?;
-                    let sums = self.plan.specialisation.film_sums() as usize;
-                    for (pixel, at) in film.chunks(sums).zip(tile.offsets(region)) {
-                        drawn.linear[at] = mean(pixel, samples);
-                    }
-                    done += u64::from(tile.pixels()) * u64::from(samples);
-                    if samples < self.settings.samples {
-                        cut = tally;
-                        break;
-                    }
-                    tiles::push(&mut drawn.finished, tile);
-                    drawn.tally.add(&tally);
-                }
-                End::Overflow => self.retry(tile, &mut work)?,
-            }
-            if observer.cancelled() && !work.is_empty() {
-                break;
-            }
-        }
-        Ok((done as f64 / total as f64, cut))
-    }
-
-    /// Puts a tile whose queue overflowed back to `work`, for smaller batches or in halves.
-    pub(super) fn retry(&mut self, tile: Tile, work: &mut Vec<Tile>) -> Result<(), RenderError> {
+        (tile, samples): (Tile, u32),
+        work: &mut Vec<(Tile, u32)>,
+    ) -> Result<(), RenderError> {
         if self.batch_samples > 1 {
             self.batch_samples /= 2;
-            work.push(tile);
+            work.push((tile, samples));
             return Ok(());
         }
         let halves = tile.halves().ok_or_else(|| self.pixel_too_deep(tile.x, tile.y))?;
-        work.extend(halves.into_iter().rev());
+        work.extend(halves.into_iter().rev().map(|half| (half, samples)));
         Ok(())
     }
 

@@ -2,8 +2,11 @@
 
 mod batches;
 mod convergence;
+mod draw;
 mod error;
+mod film;
 mod identity;
+mod merge;
 mod parts;
 mod pixel_tests;
 mod precision;
@@ -11,7 +14,6 @@ mod prepared;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
-mod stages;
 mod submit_log;
 mod survey;
 mod tally;
@@ -21,10 +23,12 @@ mod upload;
 pub(crate) use batches::mean;
 pub use convergence::Convergence;
 pub use error::RenderError;
+pub use film::Sums;
 pub use identity::{Identity, Mismatch};
+pub use merge::{Merge, MergeError};
 pub(crate) use prepared::Built;
 pub use prepared::Prepared;
-pub use resume_state::{Kind, Payload, ResumeState, Tiles};
+pub use resume_state::{Kind, Payload, ResumeState, State};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 
@@ -64,8 +68,8 @@ pub struct Rendered {
     /// Everything that was counted and timed, the earlier part of a resumed render included. The image has no file
     /// name yet.
     pub report: Report,
-    /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
-    pub unfinished: Option<ResumeState<Tiles>>,
+    /// What [`Renderer::resume`] needs to go on, and [`Renderer::more`] to add samples; absent if there is no sample.
+    pub state: Option<ResumeState<Sums>>,
 }
 
 impl Rendered {
@@ -87,12 +91,18 @@ pub trait Observer {
     /// True once the render should stop after the submit in flight.
     fn cancelled(&self) -> bool;
     /// True to be given the image on its way, by [`Observer::image`]. A render with fixed settings then traces the whole
-    /// image with 1, 2, 4, ... samples a pixel, up to the same bits as otherwise; one that is resumed gives none.
+    /// image with 1, 2, 4, ... samples a pixel, up to the same bits as otherwise.
     fn watches(&self) -> bool {
         false
     }
     /// The image so far, after each round of samples, where [`Observer::watches`] is true; the last is the whole image.
     fn image(&mut self, _so_far: &ImageSoFar<'_>) {}
+    /// True to be given the state of the render soon, by [`Observer::keep`].
+    fn wants_state(&self) -> bool {
+        false
+    }
+    /// The state of the render so far, from which it can go on if it ends now.
+    fn keep(&mut self, _state: &dyn State) {}
 }
 
 /// An image on its way.
@@ -257,7 +267,7 @@ impl Renderer {
     }
 
     /// Renders `scene` under an observer, which sees the progress and may cancel: [`Rendered::done`] is then below 1,
-    /// and [`Rendered::unfinished`] may hold what [`Renderer::resume`] continues from.
+    /// and [`Rendered::state`] holds what [`Renderer::resume`] continues from.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -280,10 +290,25 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        earlier: ResumeState<Tiles>,
+        earlier: ResumeState<Sums>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         self.prepare(scene, settings)?.resume(earlier, observer)
+    }
+
+    /// Adds samples to a finished picture of fewer, [`Rendered::state`]; the image is the same, bit for bit, as that of
+    /// one render of all samples. Rays and times are those of both together.
+    ///
+    /// # Errors
+    /// As [`Renderer::resume`]; also if `earlier` has more samples a pixel, or only one.
+    pub fn more(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        earlier: ResumeState<Sums>,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        self.prepare(scene, settings)?.more(earlier, observer)
     }
 
     /// Makes `scene` ready under `settings`, for one or several renders of the same image.

@@ -4,8 +4,10 @@ mod error;
 #[doc(hidden)]
 pub mod forced_features;
 pub mod sampler;
+mod share;
 
 pub use error::SettingsError;
+pub use share::Share;
 
 use crate::scene::Scene;
 use crate::settings::forced_features::ForcedFeatures;
@@ -241,6 +243,8 @@ pub struct Schedule {
     pub walk_steps: Option<u32>,
     /// Features that kernels have although the scene lacks them.
     pub forced_features: ForcedFeatures,
+    /// The tiles that are rendered, those of one share; the others stay black.
+    pub share: Share,
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! `--error`: the cheapest samples, depth and precision whose parts come to the error asked for.
 
 use super::bounded_image::{BoundedImage, Image};
-use super::resume_state::{Bounded, Chosen, Stage, options};
+use super::resume_state::{Begun, Bounded, Chosen, Stage, options};
 use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
@@ -10,7 +10,6 @@ use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{Bits, View};
-use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
 use crate::settings::{Precision, Settings};
@@ -48,7 +47,13 @@ impl Task<'_> {
         };
         self.go_to(&mut survey, &chosen)?;
         // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        while self.sample(&mut survey, target, &mut chosen, start)? == Sampled::LosesTooMuch {
+        while self.sample(
+            &mut survey,
+            target,
+            &mut chosen,
+            &Begun { start, identity: &identity, before: &before },
+        )? == Sampled::LosesTooMuch
+        {
             let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
             if self.observer.cancelled() {
                 survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
@@ -90,7 +95,7 @@ impl Task<'_> {
     }
 
     /// Precision and cut; of no meaning if it was cancelled meanwhile.
-    fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+    pub(super) fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
         self.observer.span(0.0, CHOICE[0]);
         let asked = survey.precision();
         let rounded = self.precision_for(survey, target)?;
@@ -101,7 +106,7 @@ impl Task<'_> {
     }
 
     /// Lets `survey` be as it was chosen.
-    fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
+    pub(super) fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
@@ -177,7 +182,7 @@ impl Task<'_> {
         survey: &mut Survey,
         target: f64,
         chosen: &mut Chosen,
-        start: Instant,
+        begun: &Begun<'_>,
     ) -> Result<Sampled, RenderError> {
         let region = Region::of(&self.settings);
         loop {
@@ -203,11 +208,26 @@ impl Task<'_> {
             let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE[1]);
             self.observer.span(CHOICE[1] + done / all, CHOICE[1] + (done + more) / all);
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             chosen.allocation.record(&step, &traced);
-            self.show(survey, chosen.allocation.gathered(), start);
+            self.show(survey, chosen.allocation.gathered(), begun.start);
+            if self.observer.wants_state() && !self.observer.cancelled() {
+                self.keep_chosen(survey, chosen, begun);
+            }
         }
         Ok(Sampled::All)
+    }
+}
+
+impl Task<'_> {
+    /// Keeps the state of a render that goes on.
+    fn keep_chosen(&mut self, survey: &Survey, chosen: &mut Chosen, begun: &Begun<'_>) {
+        let images = vec![chosen.allocation.take_gathered()];
+        let kept = Bounded::new(Stage::Error(Box::new(chosen.clone())), images);
+        for image in self.keep(survey, kept, begun) {
+            // It is the image that was taken out.
+            chosen.allocation.put_gathered(image, self.caps.clone());
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! fine, and steps may be cut anywhere.
 
 use super::bounded_image::{BoundedImage, Image};
+use super::resume_state::{Begun, Bounded, Stage, Timed, options};
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
@@ -13,7 +14,7 @@ use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::render::samples::{Mark, Source};
-use crate::render::{Observer, RenderError, Survey};
+use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
 use crate::settings::sampler::pcg4d;
 use crate::settings::{Precision, Settings};
@@ -77,13 +78,25 @@ impl Task<'_> {
         seconds: f64,
         from: Instant,
         layers: u32,
+        earlier: Option<ResumeState<Bounded>>,
     ) -> Result<BoundedImage, RenderError> {
-        self.observer.by_clock(from, seconds);
         let own = self.settings.clone();
         let depth = if self.request.keep_depth { own.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..self.settings };
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+        let identity = survey.identity(&self.settings, options(&self.request));
+        let (timed, before) = match earlier {
+            Some(state) => {
+                let (samples, before) = survey.take_up(state, &identity)?;
+                (Some(samples.into_timed(self.caps.clone())?), before)
+            }
+            None => (None, TimeInfo::default()),
+        };
+        // What earlier parts took is gone.
+        let (all, seconds) = (seconds, (seconds - before.wall).max(0.0));
+        self.observer.by_clock(from, seconds);
         let start = Instant::now();
+        let begun = Begun { start, identity: &identity, before: &before };
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
         let reserve = closing + output_seconds(&self, layers);
@@ -98,36 +111,49 @@ impl Task<'_> {
             pilot: LOOK_SAMPLES,
             most: MOST_SAMPLES,
         };
-        let mut allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
-        let mut pace = self.cover_in_time(&mut survey, &clock, &mut allocation)?;
+        let mut timed = timed.unwrap_or_else(|| {
+            let allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
+            Timed { cut: None, rounded: None, pace: 0.0, allocation }
+        });
+        self.cover_in_time(&mut survey, &clock, &mut timed, &begun)?;
         let begin = Instant::now();
-        self.show(&survey, allocation.gathered(), start);
+        self.show(&survey, timed.allocation.gathered(), start);
         let shown = begin.elapsed().as_secs_f64();
         clock.reserve += shown;
-        let mut rounded = None;
-        if allocation.is_covered() {
-            let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
-            if cut.depth < own.depth {
-                // No worse than what the scene asks for.
-                (cut.depth, cut.cutoff) = (own.depth, own.cutoff);
+        if timed.allocation.is_covered() {
+            if timed.cut.is_none() {
+                let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
+                if cut.depth < own.depth {
+                    // No worse than what the scene asks for.
+                    (cut.depth, cut.cutoff) = (own.depth, own.cutoff);
+                }
+                survey.cut_at(cut.depth, cut.cutoff);
+                timed.pace = f64::max(timed.pace, fast);
+                timed.rounded = self.rounded_in_time(&mut survey, &clock, timed.pace / cut.rays)?;
+                timed.cut = Some(cut);
             }
-            survey.cut_at(cut.depth, cut.cutoff);
-            pace = f64::max(pace, fast);
-            rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
-            survey.cut_at(cut.depth, cut.cutoff);
-            self.sample_in_time(&mut survey, &clock, &mut allocation, pace, start)?;
-        } else if allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
-            self.trace_little(&mut survey, &mut allocation)?;
-            self.show(&survey, allocation.gathered(), start);
+            if let Some(cut) = &timed.cut {
+                survey.cut_at(cut.depth, cut.cutoff);
+            }
+            self.sample_in_time(&mut survey, &clock, &mut timed, &begun)?;
+        } else if timed.allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
+            self.trace_little(&mut survey, &mut timed.allocation)?;
+            self.show(&survey, timed.allocation.gathered(), start);
         }
 
-        let short = !allocation.is_covered();
-        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared(), start.elapsed());
-        let rounding = rounded.map(|r| (r.part(&samples), r.pixels));
+        let short = !timed.allocation.is_covered();
+        let (prepared, render) = (survey.prepared(), start.elapsed());
+        let samples = timed.allocation.gathered().clone();
+        let rounding = timed.rounded.map(|r| (r.part(&samples), r.pixels));
         let pilot = samples.done();
-        let before = TimeInfo::default();
+        let kept = (self.observer.cancelled() && pilot > 0.0).then(|| {
+            let images = vec![timed.allocation.take_gathered()];
+            survey.resume_state(identity, Bounded::new(Stage::Time(Box::new(timed)), images))
+        });
+        let seconds = all;
         let mut known =
             self.known(Image { samples, rounding, prepared, render, before, coarse: true }, &survey);
+        known.unfinished = kept;
         known.report.asked.time = Some(seconds);
         known.report.asked.met = Some(!short && !known.cancelled);
         known.report.asked.unmet_why = if known.cancelled {
@@ -192,23 +218,44 @@ impl Task<'_> {
         self.rounded(survey, Some(clock.share(2.0 * ROUNDING_SHARE)))
     }
 
-    /// One sample of every pixel, as far as there is time; gives the pace in rays a second.
+    /// One sample of every pixel, as far as there is time.
     fn cover_in_time(
         &mut self,
         survey: &mut Survey,
         clock: &Clock,
-        allocation: &mut Allocation,
-    ) -> Result<f64, RenderError> {
+        timed: &mut Timed,
+        begun: &Begun<'_>,
+    ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), timed.allocation.rays());
         survey.finish_by(Some(clock.end()));
-        if let Some(step) = allocation.next_step(f64::INFINITY) {
+        while !timed.allocation.is_covered()
+            && let Some(step) = timed.allocation.next_step(f64::INFINITY)
+        {
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
-            allocation.record(&step, &traced);
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
+            timed.allocation.record(&step, &traced);
+            timed.pace = (timed.allocation.rays() - before) as f64 / start.elapsed().as_secs_f64();
+            if !self.kept_in_time(survey, timed, begun) {
+                break;
+            }
         }
         survey.finish_by(None);
-        Ok(allocation.rays() as f64 / start.elapsed().as_secs_f64())
+        Ok(())
+    }
+
+    /// Keeps the state if it is wanted: true if it was, and the render goes on.
+    fn kept_in_time(&mut self, survey: &Survey, timed: &mut Timed, begun: &Begun<'_>) -> bool {
+        if !self.observer.wants_state() || self.observer.cancelled() {
+            return false;
+        }
+        let images = vec![timed.allocation.take_gathered()];
+        let kept = Bounded::new(Stage::Time(Box::new(timed.clone())), images);
+        for image in self.keep(survey, kept, begun) {
+            // It is the image that was taken out.
+            timed.allocation.put_gathered(image, self.caps.clone());
+        }
+        true
     }
 
     /// Too late for anything: as little as shows something.
@@ -229,31 +276,31 @@ impl Task<'_> {
         &mut self,
         survey: &mut Survey,
         clock: &Clock,
-        allocation: &mut Allocation,
-        mut pace: f64,
-        begin: Instant,
+        timed: &mut Timed,
+        begun: &Begun<'_>,
     ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
         while !self.observer.cancelled() && clock.left() > 0.0 {
-            let budget = match allocation.bound() {
+            let budget = match timed.allocation.bound() {
                 None => f64::INFINITY,
-                Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * pace,
+                Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * timed.pace,
             };
-            let Some(step) = allocation.next_step(budget) else { break };
-            let (before, start) = (allocation.rays(), Instant::now());
+            let Some(step) = timed.allocation.next_step(budget) else { break };
+            let (before, start) = (timed.allocation.rays(), Instant::now());
             survey.finish_by(Some(clock.end()));
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             let cut_short = traced.marks.len() < step.pixels.len();
-            allocation.record(&step, &traced);
+            timed.allocation.record(&step, &traced);
             let seconds = start.elapsed().as_secs_f64();
-            self.show(survey, allocation.gathered(), begin);
-            if cut_short {
+            self.show(survey, timed.allocation.gathered(), begun.start);
+            let kept = self.kept_in_time(survey, timed, begun);
+            if cut_short && !kept {
                 break;
             }
-            let now = (allocation.rays() - before) as f64 / seconds;
+            let now = (timed.allocation.rays() - before) as f64 / seconds;
             // Short steps are slow steps: the next one is planned at a pace between.
-            pace = if pace > 0.0 { 0.5 * (pace + now) } else { now };
+            timed.pace = if timed.pace > 0.0 { 0.5 * (timed.pace + now) } else { now };
         }
         survey.finish_by(None);
         Ok(())

@@ -84,7 +84,7 @@ impl RenderArgs {
         let mut args = self.clone();
         args.read.variables.push(("frame".into(), frame.to_string()));
         let number = |path: &PathBuf| numbered(path, frame);
-        if let Output::File(path, _) = &mut args.output {
+        if let Output::File(path, _) | Output::Share(path) = &mut args.output {
             *path = number(path);
         }
         args.report = args.report.as_ref().map(number);

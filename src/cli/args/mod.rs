@@ -8,6 +8,7 @@ mod gallery;
 mod import;
 mod info;
 mod manual;
+mod merge;
 mod plan;
 mod profile;
 mod read;
@@ -15,6 +16,7 @@ mod render;
 mod stress;
 mod sweep;
 mod values;
+mod verify;
 
 pub use calibrate::{CalibrateArgs, Promise};
 pub use compare::{CompareArgs, Metric};
@@ -24,6 +26,7 @@ pub use gallery::GalleryArgs;
 pub use import::ImportArgs;
 pub use info::InfoArgs;
 pub use manual::{CompletionsArgs, ManArgs};
+pub use merge::MergeArgs;
 pub use plan::PlanArgs;
 pub use profile::ProfileArgs;
 pub use read::ReadArgs;
@@ -31,6 +34,7 @@ pub use render::{AccuracyArgs, PictureArgs, RenderArgs};
 pub use stress::StressArgs;
 pub use sweep::SweepArgs;
 pub use values::{Crop, Output, Size};
+pub use verify::VerifyArgs;
 
 use crate::cli::failure::Code;
 use crate::scene::procedural::Shape;
@@ -82,6 +86,10 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene or a model to an image
     Render(RenderArgs),
+    /// Join the shares of a picture
+    Merge(MergeArgs),
+    /// Draw again what a report describes, and say whether the picture is the same
+    Verify(VerifyArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
     /// Write the scene around a model: camera, lights, materials

@@ -3,17 +3,22 @@
 use super::values::{self, Crop, Output, Size};
 use super::{DeviceArgs, FrameArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
+use crate::cli::progress::Style;
 use crate::settings::sampler::Sampler;
-use crate::settings::{Origin, Precision, parse_cutoff};
+use crate::settings::{Origin, Precision, Share, parse_cutoff};
 use clap::Args;
 use std::path::PathBuf;
 
 const RENDER_HELP: &str = "\
 Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
-not at all. Ctrl-C stops after the work in flight, keeps the finished part in OUT.partial and the pixels \
-as they are in OUT.incomplete.png, and exits with 130; a second Ctrl-C after a second or more ends at \
-once and saves nothing. The same command with --resume continues and gives the same image, bit for bit. \
---time keeps nothing to resume from.
+not at all. Ctrl-C stops after the work in flight, keeps its state in OUT.partial and the pixels as they \
+are in OUT.incomplete.png, and exits with 130; a second Ctrl-C after a second or more ends at once and \
+saves nothing. The state is written every few seconds too, so that a crash costs no more. The same command \
+with --resume continues and gives the same image, bit for bit. --time then goes on for what is left of \
+its time.
+
+--share divides an image among machines: each renders one share, and `whitted merge` writes the bytes \
+that one render would have written.
 
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
@@ -23,6 +28,10 @@ Examples:
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
+  whitted render scenes/cornell.toml -o part-2.share --share 2/8
+  whitted render scenes/cornell.toml -o part-2.share --share 2/8 --as plan.json
+  whitted render scenes/cornell.toml -o a.exr --samples 64 --keep-state
+  whitted render scenes/cornell.toml -o a.exr --samples 256 --continue
   whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
   whitted render model.obj -o model.png
   whitted render turning.toml -o turn_####.png --frames 0..35 --skip-existing --resume
@@ -35,7 +44,7 @@ pub struct RenderArgs {
     /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
-    /// Image to write: .png, .exr, .hdr, .ppm or .pfm; `-` for a PNG on standard output
+    /// Image to write: .png, .exr, .hdr, .ppm or .pfm; `-` for a PNG on standard output; with --share, a file .share
     #[arg(short, long, value_name = "FILE", value_parser = values::output(), help_heading = "Output")]
     pub output: Output,
 
@@ -68,8 +77,24 @@ pub struct RenderArgs {
     pub receipt: bool,
 
     /// Continue an interrupted render from OUT.partial; start anew if there is none
-    #[arg(long, help_heading = "Output")]
+    #[arg(long, help_heading = "Resuming and sharing")]
     pub resume: bool,
+
+    /// Seconds between two states of long work in OUT.partial, which is all that a crash loses; 0 keeps none
+    #[arg(long, value_name = "T", value_parser = values::not_negative, default_value_t = 5.0, help_heading = "Resuming and sharing")]
+    pub checkpoint: f64,
+
+    /// Also write OUT.state, from which --continue adds samples: 24 bytes a pixel
+    #[arg(long, conflicts_with_all = ["error", "time", "budget", "aov"], help_heading = "Resuming and sharing")]
+    pub keep_state: bool,
+
+    /// Add samples to the finished picture of OUT.state, up to --samples: the same bits as of one longer render
+    #[arg(long = "continue", conflicts_with_all = ["error", "time", "budget", "aov", "receipt", "reference"], help_heading = "Resuming and sharing")]
+    pub more: bool,
+
+    /// Render share I of N, to OUT.share; `whitted merge` joins all shares to the picture
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["error", "time", "budget", "aov", "receipt", "reference", "page"], help_heading = "Resuming and sharing")]
+    pub share: Option<Share>,
 
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long, help_heading = "Device")]
@@ -82,6 +107,14 @@ pub struct RenderArgs {
     /// Frames of a moving scene.
     #[command(flatten)]
     pub frames: FrameArgs,
+
+    /// Take all settings from the JSON of `plan` or of a report, so that all shares have the same
+    #[arg(long = "as", value_name = "PLAN.json", conflicts_with_all = ["size", "samples", "depth", "cutoff", "sampler", "seed", "precision", "origin", "crop", "replicates", "error", "time"], help_heading = "Resuming and sharing")]
+    pub settings_of: Option<PathBuf>,
+
+    /// How progress is shown: bar, plain (lines), json (an object a line), both on standard error, openjd (Open Job Description, on standard output) or none [default: a bar on a terminal]
+    #[arg(long, value_name = "HOW", help_heading = "Messages")]
+    pub progress: Option<Style>,
 
     /// Device to use.
     #[command(flatten)]
@@ -150,7 +183,7 @@ pub struct AccuracyArgs {
     pub error: Option<f64>,
 
     /// Choose samples and depth for the least error in T seconds of wall time
-    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "resume", "replicates"])]
+    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "replicates"])]
     pub time: Option<f64>,
 
     /// Confidence of the stated error, in (0, 1)

@@ -15,6 +15,8 @@ pub enum Output {
     Stdout,
     /// A file; its extension gave the format.
     File(PathBuf, Format),
+    /// A share of an image, for `merge`.
+    Share(PathBuf),
 }
 
 /// `WxH`, each from 1 to [`Size::MAX`].
@@ -72,11 +74,20 @@ pub(super) fn output() -> impl TypedValueParser<Value = Output> {
         }
         match Format::of(&path) {
             Some(format) => Ok(Output::File(path, format)),
+            None if path.extension().is_some_and(|e| e == "share") => Ok(Output::Share(path)),
             None => Err(format!(
-                "the extension must be {}, or the name `-` for a PNG on standard output",
+                "the extension must be {}, .share with --share, or the name `-` for a PNG on standard output",
                 Format::EXTENSIONS
             )),
         }
+    })
+}
+
+/// A parser of names of image files.
+pub(super) fn image() -> impl TypedValueParser<Value = (PathBuf, Format)> {
+    PathBufValueParser::new().try_map(|path| match Format::of(&path) {
+        Some(format) => Ok((path, format)),
+        None => Err(format!("the extension must be {}", Format::EXTENSIONS)),
     })
 }
 

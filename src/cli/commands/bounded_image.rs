@@ -1,7 +1,7 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use super::reference::{Reference, compared};
-use super::render::Device;
+use super::render::{Device, style};
 use crate::accuracy::promise::{Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
@@ -9,7 +9,7 @@ use crate::cli::delivery::{self, Deliver, Delivered};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{Progress, Style};
 use crate::cli::read;
-use crate::cli::state::StateFile;
+use crate::cli::state::{Keeper, StateFile};
 use crate::image::Format;
 use crate::render::Rendered;
 use crate::report::Report;
@@ -25,7 +25,9 @@ pub(super) fn is_wanted(args: &RenderArgs) -> bool {
 
 /// Sets the replicates of a render without an error estimate.
 pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
-    settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
+    if args.settings_of.is_none() {
+        settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
+    }
     Ok(())
 }
 
@@ -49,7 +51,7 @@ fn request(
                     .into(),
             ));
         }
-        settings.replicates = replicates(a.replicates, settings.samples)?;
+        set_replicates(args, settings)?;
     }
     Ok(Request {
         target,
@@ -92,7 +94,7 @@ pub(super) fn run(
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
     let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     delivery::files(args, state.as_ref()).reads_scene(&scene).check()?;
-    let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
+    let mut settings = delivery::render_settings(args, &scene)?;
     let request = request(args, format, &mut settings, started)?;
     delivery::fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
@@ -102,10 +104,13 @@ pub(super) fn run(
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
-    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
-    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| match earlier {
-        Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, observer),
-        None => renderer.render_bounded_with(&scene, &settings, &request, observer),
+    let mut progress = Progress::new(style(args, console), &label);
+    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| {
+        let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
+        match earlier {
+            Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, keeper),
+            None => renderer.render_bounded_with(&scene, &settings, &request, keeper),
+        }
     });
     drop(progress);
     let mut known = known.map_err(|error| match &state {
@@ -127,10 +132,10 @@ pub(super) fn run(
         linear: known.linear(),
         done: known.done,
         report: known.report,
-        unfinished: None,
+        state: None,
     };
     let keep = |report: &Report| match (&state, unfinished) {
-        (Some(file), Some(unfinished)) => file.save(unfinished, report).map(Some),
+        (Some(file), Some(unfinished)) if cancelled => file.save(unfinished, report).map(Some),
         _ => Ok(None),
     };
     let deliver = Deliver { args, format, layers: &layers, before, complete: !cancelled };
@@ -141,8 +146,8 @@ pub(super) fn run(
         let then = kept.map_or(String::new(), |kept| format!("; {kept}"));
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
-    if let Some(state) = state.filter(|_| args.resume) {
-        delivery::remove_unfinished(args, &state)?;
+    if let Some(state) = &state {
+        delivery::remove_unfinished(args, state)?;
     }
     if let (Some(void), None) = (report.error.as_ref().and_then(|e| e.void.as_ref()), report.asked.met) {
         return Err(Failure::Unmet(format!("{void}; the image is in {file}")));

@@ -66,7 +66,7 @@ fn check(args: &RenderArgs, frames: &[u32]) -> Result<(), Failure> {
         Output::Stdout => {
             return Err(Failure::Usage("--frames writes files: -o needs a name such as a_####.png".into()));
         }
-        Output::File(path, _) => Some(path),
+        Output::File(path, _) | Output::Share(path) => Some(path),
     };
     let files = [("-o", image), ("--report", args.report.as_ref()), ("--page", args.page.as_ref())];
     let same = |path: &PathBuf| !path.to_str().is_some_and(|name| name.contains('#'));
@@ -81,7 +81,7 @@ fn check(args: &RenderArgs, frames: &[u32]) -> Result<(), Failure> {
 
 /// True if the image is there and whole.
 fn is_done(args: &RenderArgs) -> bool {
-    let Output::File(path, _) = &args.output else { return false };
+    let (Output::File(path, _) | Output::Share(path)) = &args.output else { return false };
     path.exists() && !StateFile::of(path, true).exists()
 }
 

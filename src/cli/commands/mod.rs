@@ -10,12 +10,14 @@ pub mod generate;
 pub mod import;
 pub mod info;
 mod manual;
+pub mod merge;
 mod reference;
 pub mod render;
 pub mod plan;
 pub mod profile;
 pub mod stress;
 pub mod sweep;
+pub mod verify;
 
 use crate::cli::args::{Cli, Command, Verbosity};
 use crate::cli::console::Console;
@@ -26,6 +28,8 @@ use std::time::Instant;
 pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
     match &cli.command {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Merge(args) => merge::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Verify(args) => verify::run(args, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
         Command::Import(args) => {

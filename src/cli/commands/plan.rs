@@ -1,5 +1,6 @@
 //! `whitted plan`.
 
+use crate::accuracy::promise::{Request, Settled};
 use crate::cli::args::PlanArgs;
 use crate::cli::console::{self, Console};
 use crate::cli::delivery::{settings, write_json};
@@ -14,9 +15,11 @@ use crate::plan::{Plan, Purpose};
 use crate::prepare::Packed;
 use crate::render::{Prepared, RenderError, Renderer, Trial};
 use crate::report::Report;
-use crate::report::explain::{self, ExplainedPlan, Refused};
+use crate::report::explain::{self, ExplainedPlan, PlannedError, Refused};
 use crate::report::prediction::Prediction;
-use crate::settings::Settings;
+use crate::scene::Scene;
+use crate::settings::{Precision, Settings};
+use crate::units::{figure, plural};
 use anyhow::Context;
 use std::path::Path;
 
@@ -27,9 +30,13 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
     files(args).reads_scene(&scene).check()?;
     let scene_seconds = scene.read_time.0.as_secs_f64();
-    let asked = settings(&args.picture, &args.schedule, &scene)?;
+    let mut asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
+    let settled = match args.error {
+        Some(error) => Some(settle(args, error, &scene, &mut asked, &mut renderer, console)?),
+        None => None,
+    };
     let file = args.scene.display().to_string();
     let built = renderer.build(&scene, &asked, Purpose::Image)?;
     let (mut outline, warnings) = (renderer.explain(&built, &file), built.warnings().to_vec());
@@ -66,6 +73,17 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             };
         }
     }
+    if let Some(Settled { asked, expected, pixels, met, .. }) = settled {
+        outline.error = Some(PlannedError { asked, expected, pixels });
+        if !met && failure.is_none() {
+            failure = Some(Failure::Unmet(format!(
+                "the error is expected to be {} even with {} per pixel, more than {}",
+                figure(expected),
+                plural(outline.settings.samples.into(), "sample"),
+                figure(asked)
+            )));
+        }
+    }
     outline.refused = failure.as_ref().map(|f| Refused { message: f.message(), exit_code: f.exit_code() });
     tell(args, &outline, console)?;
     for warning in warnings {
@@ -87,8 +105,32 @@ fn files(args: &PlanArgs) -> Files {
     files.writes("--json", args.json.as_deref()).prints()
 }
 
+/// Chooses settings for an error, and puts them in place of those asked for.
+fn settle(
+    args: &PlanArgs,
+    error: f64,
+    scene: &Scene,
+    asked: &mut Settings,
+    renderer: &mut Renderer,
+    console: &Console,
+) -> Result<Settled, Failure> {
+    let request = Request {
+        keep_depth: args.picture.depth.is_some(),
+        keep_precision: args.picture.precision.is_some_and(|p| p != Precision::Auto),
+        ..Request::error(error)
+    };
+    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let mut progress = Progress::new(style, "choosing settings");
+    let settled = renderer.settle(scene, asked, &request, &mut progress)?;
+    if progress::interrupted() {
+        return Err(Failure::Interrupted("interrupted; no settings were chosen".into()));
+    }
+    asked.clone_from(&settled.settings);
+    Ok(settled)
+}
+
 /// A report written by `render` or `profile`.
-fn report(path: &Path) -> Result<Report, Failure> {
+pub(super) fn report(path: &Path) -> Result<Report, Failure> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let report = serde_json::from_str(&text)
         .with_context(|| format!("{} is not a report of `whitted render --report`", path.display()))?;

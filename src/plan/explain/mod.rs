@@ -56,6 +56,7 @@ pub fn explain(
         },
         time: None,
         refused: None,
+        error: None,
     }
 }
 

@@ -43,6 +43,20 @@ pub struct ExplainedPlan {
     pub time: Option<Prediction>,
     /// Why there is no plan.
     pub refused: Option<Refused>,
+    /// The error that the settings were chosen for; absent if none was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<PlannedError>,
+}
+
+/// An error that settings were chosen for: RMSE in linear light clamped to [0, 1].
+#[derive(Debug, Clone, Serialize)]
+pub struct PlannedError {
+    /// As asked for.
+    pub asked: f64,
+    /// As expected of the whole from the pixels that were looked at.
+    pub expected: f64,
+    /// Pixels that were looked at.
+    pub pixels: u32,
 }
 
 /// A feature of scenes, present or absent.

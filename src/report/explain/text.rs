@@ -3,7 +3,7 @@
 use super::{ExplainedPlan, Planned};
 use crate::report::prediction::Prediction;
 use crate::report::table::{Align, Table};
-use crate::units::{bytes, grouped, number, plural, seconds, short};
+use crate::units::{bytes, figure, grouped, number, plural, seconds, short};
 
 /// Buffers smaller than the total divided by this are listed as one row.
 const SMALL: u64 = 1000;
@@ -16,6 +16,14 @@ pub fn text(o: &ExplainedPlan) -> String {
     }
     if let Some(time) = &o.time {
         parts.push(forecast(time));
+    }
+    if let Some(error) = &o.error {
+        parts.push(format!(
+            "error   {} expected, from {}; {} was asked for\n",
+            figure(error.expected),
+            plural(error.pixels.into(), "pixel"),
+            number(error.asked)
+        ));
     }
     if let Some(refused) = &o.refused {
         parts.push(format!("refused: {}\nexit code {}\n", refused.message, refused.exit_code));

@@ -38,7 +38,7 @@ fn arguments(words: &[&str]) -> RenderArgs {
 }
 
 fn own_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
-    settings(&args.picture, &args.schedule, scene)
+    render_settings(args, scene)
 }
 
 fn scene() -> Scene {
@@ -52,7 +52,7 @@ fn rendered(done: f64) -> Rendered {
     (report.rays.primary, report.rays.shadow) = (1_000_000, 234_000);
     report.rays.by_depth = vec![DepthInfo::of(1, [1_000_000, 0, 0, 234_000])];
     report.time.render = 1.5;
-    Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, unfinished: None }
+    Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, state: None }
 }
 
 fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, String) {
@@ -68,7 +68,7 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let delivered = deliver.deliver(rendered(done), Instant::now(), |_| Ok(None), &mut console);
     let result = delivered.and_then(|Delivered { report, kept }| match done {
         1.0 => Ok(()),
-        _ => Err(interrupted(&report, done, kept)),
+        _ => Err(interrupted(&args, &report, done, kept)),
     });
     (result, tape.text())
 }
