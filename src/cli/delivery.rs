@@ -89,6 +89,11 @@ pub(crate) fn fits_host(args: &RenderArgs, settings: &Settings, format: Format) 
     Ok(host_memory::check(settings.region(), work, file + more, free).map_err(RenderError::from)?)
 }
 
+/// The variables of the scene's text, for a report.
+pub(crate) fn variables(args: &RenderArgs) -> Vec<String> {
+    args.read.variables.iter().map(|(name, value)| format!("{name}={value}")).collect()
+}
+
 /// How image, layers, page and report are delivered.
 pub(crate) struct Deliver<'a> {
     pub(crate) args: &'a RenderArgs,
@@ -134,8 +139,7 @@ impl Deliver<'_> {
             Output::File(path, _) => self.place(path).display().to_string(),
             Output::Share(path) => path.display().to_string(),
         };
-        report.scene.variables =
-            self.args.read.variables.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        report.scene.variables = variables(self.args);
         report.time.wall = self.before + started.elapsed().as_secs_f64();
         let mut failures = Vec::new();
         let kept = keep(report).unwrap_or_else(|failure| {

@@ -139,6 +139,11 @@ impl ResumeState<Sums> {
         self.payload.share
     }
 
+    /// Names the variables of the scene's text in the reports made of it.
+    pub fn set_variables(&mut self, variables: Vec<String>) {
+        self.payload.outline.scene.variables = variables;
+    }
+
     /// True if every pixel of its share has all its samples.
     pub fn is_finished(&self) -> bool {
         self.payload.left(self.identity.settings.samples, u32::MAX).is_empty()
