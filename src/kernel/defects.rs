@@ -121,10 +121,10 @@ defects! {
         "walk.comp": "            Hit h = hits[i];" => "@ if (planted) h = Hit(FAR, 0.0, 0.0, NONE);";
     }
 
-    /// A walk that goes on in another dispatch forgets the topmost entry of its stack.
+    /// A walk that goes on in another dispatch forgets its stack.
     ForgottenStack {
-        "hierarchy.glsl": "        top = kept(3u);" => "@ if (planted && top > 1u) top--;";
-        "packet.glsl": "        stack.top = kept(1u);" => "@ if (planted && stack.top > 1u) stack.top--;";
+        "hierarchy.glsl": "        top = kept(3u);" => "@ if (planted) top = 1u;";
+        "packet.glsl": "        stack.top = kept(1u);" => "@ if (planted) stack.top = 1u;";
     }
 
     /// The walk to a light forgets the lights before it.

@@ -168,6 +168,31 @@ impl<'t> Harness<'t> {
         Ok([run(true)?, run(false)?])
     }
 
+    /// As [`Harness::probe`], through the hierarchy, walks taking at most `steps` steps a dispatch.
+    pub fn probe_in_parts(
+        &mut self,
+        scene: &Scene,
+        rays: &[ProbeRay],
+        steps: u32,
+    ) -> Result<Probed, RenderError> {
+        let mut settings = self.settings(scene);
+        settings.schedule.walk_steps = Some(steps);
+        self.tracer.force_brute_force(Some(false));
+        let probed = self.tracer.probe(scene, &settings, rays);
+        self.tracer.force_brute_force(None);
+        probed
+    }
+
+    /// As [`Harness::picture`], through the hierarchy, walks taking at most `steps` steps a dispatch.
+    pub fn picture_in_parts(&mut self, scene: &Scene, steps: u32) -> Result<Picture, RenderError> {
+        let mut settings = self.settings(scene);
+        settings.schedule.walk_steps = Some(steps);
+        self.tracer.force_brute_force(Some(false));
+        let picture = self.tracer.picture(scene, &settings);
+        self.tracer.force_brute_force(None);
+        picture
+    }
+
     /// Renders the scene under its own settings by brute force and through the hierarchy.
     pub fn picture_both(&mut self, scene: &Scene) -> Result<[Picture; 2], RenderError> {
         let settings = self.settings(scene);

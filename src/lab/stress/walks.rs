@@ -66,6 +66,9 @@ fn bundle(count: usize, spread: f64, stream: u32) -> Vec<DVec3> {
     (0..count).flat_map(hair).collect()
 }
 
+/// Steps of a dispatch in a second run, in which every form of walk goes on many times.
+const FEW: u32 = 1000;
+
 /// Brute force against the hierarchy on rays of the world.
 fn compare(h: &mut Harness<'_>, scene: &Scene, rays: &[[DVec3; 2]]) -> Result<Figure, RenderError> {
     let rays: Vec<ProbeRay> = rays
@@ -77,7 +80,9 @@ fn compare(h: &mut Harness<'_>, scene: &Scene, rays: &[[DVec3; 2]]) -> Result<Fi
         .collect();
     let [brute, hierarchy] = h.probe_both(scene, &rays)?;
     let hits = brute.hits.iter().flatten().count();
-    let wrong = differences(&brute, &hierarchy) + usize::from(hits < rays.len() / 16);
+    let parts = h.probe_in_parts(scene, &rays, FEW)?;
+    let wrong = differences(&brute, &hierarchy) + differences(&brute, &parts);
+    let wrong = wrong + usize::from(hits < rays.len() / 16);
     Ok(Figure::count(wrong, rays.len(), "rays differ from brute force"))
 }
 
@@ -160,9 +165,11 @@ fn hair_and_lights(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     (scene.camera.width, scene.camera.height) = (12, 4);
     scene.render.depth = 1;
     let [brute, hierarchy] = h.picture_both(&scene)?;
+    let parts = h.picture_in_parts(&scene, FEW)?;
     let lost = |c: &crate::report::Counters| (c.loop_cap + c.stack_overflow) as usize;
-    let wrong = brute.linear.iter().zip(&hierarchy.linear).filter(|(a, b)| a != b).count();
-    let given_up = lost(&brute.counters) + lost(&hierarchy.counters);
+    let differs = |other: &[[f32; 3]]| brute.linear.iter().zip(other).filter(|(a, b)| a != b).count();
+    let wrong = differs(&hierarchy.linear) + differs(&parts.linear);
+    let given_up = lost(&brute.counters) + lost(&hierarchy.counters) + lost(&parts.counters);
     let lit = hierarchy.rays.shadow as usize;
     let wrong = wrong + given_up + usize::from(lit < 20 * 12);
     Ok(Figure::count(wrong, brute.linear.len(), "pixels differ from brute force"))
