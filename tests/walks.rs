@@ -70,11 +70,12 @@ fn no_bit_and_no_count_depends_on_where_walks_stop() {
             assert_eq!(rays(&whole), rays(&parts), "{what}");
             assert_eq!(whole.report.tests, parts.report.tests, "{what}");
             assert!(!goes_on(&whole), "{what}");
+            // Packets of a scene with few triangles may be through in one step.
+            assert!(goes_on(&parts) || name == "many_lights", "{what}");
             went_on += usize::from(goes_on(&parts));
         }
     }
-    // A packet may find that its rays miss the whole hierarchy in one step.
-    assert!(went_on >= 4 * 8 - 2, "{went_on}: scenes end every walk within {FEW} steps");
+    assert!(went_on > 3 * 8, "every walk of many_lights ends within {FEW} steps");
 }
 
 /// Sums and marks of a survey, in which a path's hash tells what it met.

@@ -120,7 +120,9 @@ fn nothing_counts_unasked() {
             // Nothing else differs.
             let mut same = counting;
             same.specialisation.counting = 0;
-            same.buffer_bytes[Buf::Counters as usize] = plain.buffer_bytes[Buf::Counters as usize];
+            let counters = Buf::Counters as usize;
+            same.buffer_bytes[counters] = plain.buffer_bytes[counters];
+            same.bytes_in_parts[counters] = plain.bytes_in_parts[counters];
             assert_eq!(same, plain);
         }
     }

@@ -1,6 +1,7 @@
 //! The driver files that the user names: loaders pass over what they cannot load without a word.
 
 use std::env;
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::Read;
@@ -11,19 +12,36 @@ const REPLACING: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
 /// Names more, beside those of the system.
 const ADDING: &str = "VK_ADD_DRIVER_FILES";
 
-/// One sentence per driver file that is named by the environment and cannot be used.
-pub(super) fn notes() -> Vec<String> {
-    let set = |name: &'static str| env::var_os(name).filter(|v| !v.is_empty()).map(|v| (name, v));
+/// What a variable names that cannot be used.
+pub(super) struct Unusable {
+    pub(super) variable: &'static str,
+    /// One sentence per file, for the user.
+    pub(super) notes: Vec<String>,
+    /// The variable's value without those files; empty where none is left. Some loaders give up on all drivers where one
+    /// file is none.
+    pub(super) rest: OsString,
+}
+
+/// The variables of an environment that name driver files which cannot be used.
+pub(super) fn unusable(get: &dyn Fn(&'static str) -> Option<OsString>) -> Vec<Unusable> {
+    let set = |name: &'static str| get(name).filter(|v| !v.is_empty()).map(|v| (name, v));
     let replacing = REPLACING.into_iter().find_map(set);
-    let mut notes = Vec::new();
-    for (variable, files) in replacing.into_iter().chain(set(ADDING)) {
+    let named = replacing.into_iter().chain(set(ADDING));
+    let sift = |(variable, files): (&'static str, OsString)| {
+        let (mut notes, mut rest) = (Vec::new(), Vec::new());
         for file in env::split_paths(&files).filter(|f| !f.as_os_str().is_empty()) {
-            if let Err(why) = check(&file) {
-                notes.push(format!("{variable} names {}, which is no driver: {why}", file.display()));
+            match check(&file) {
+                Ok(()) => rest.push(file),
+                Err(why) => {
+                    notes.push(format!("{variable} names {}, which is no driver: {why}", file.display()))
+                }
             }
         }
-    }
-    notes
+        // The paths come from such a list, so they make one again.
+        let rest = env::join_paths(rest).unwrap_or(files);
+        (!notes.is_empty()).then_some(Unusable { variable, notes, rest })
+    };
+    named.filter_map(sift).collect()
 }
 
 /// Checks a manifest and the library that it names; a folder is searched for manifests by newer loaders.
@@ -171,5 +189,31 @@ mod tests {
         assert_eq!(check(&manifest("bare.json", "libvulkan_none.so")), Ok(()));
         // Now the folder has manifests.
         assert_eq!(check(folder.path()), Ok(()));
+    }
+
+    #[test]
+    fn what_can_be_used_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let good = folder.path().join("good.json");
+        fs::write(&good, r#"{"ICD": {"library_path": "libvulkan_none.so"}}"#).unwrap();
+        let bad = folder.path().join("bad.json");
+        let list = |files: &[&PathBuf]| env::join_paths(files).unwrap();
+        let found = |files: &[&PathBuf], also: Option<&PathBuf>| {
+            let (first, also) = (list(files), also.map(|file| list(&[file])));
+            unusable(&|name| match name {
+                "VK_ICD_FILENAMES" => Some(first.clone()),
+                ADDING => also.clone(),
+                _ => None,
+            })
+        };
+        assert!(found(&[&good, &good], Some(&good)).is_empty());
+        let one = found(&[&bad, &good], None);
+        assert_eq!((one.len(), one[0].variable, &one[0].rest), (1, REPLACING[1], &list(&[&good])));
+        assert!(one[0].notes[0].contains("bad.json") && one[0].notes.len() == 1);
+        let both = found(&[&bad], Some(&bad));
+        assert_eq!(
+            both.iter().map(|u| (u.variable, u.rest.is_empty())).collect::<Vec<_>>(),
+            [(REPLACING[1], true), (ADDING, true)]
+        );
     }
 }

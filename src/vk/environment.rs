@@ -1,5 +1,6 @@
 //! Variables that drivers read from the environment, set before one is loaded.
 
+use super::driver_files;
 use crate::cache_folder;
 use std::env;
 use std::ffi::OsString;
@@ -17,19 +18,31 @@ const DISABLE: [&str; 2] = ["MESA_SHADER_CACHE_DISABLE", "MESA_GLSL_CACHE_DISABL
 /// for what other processes write meanwhile.
 const ROOM: u64 = 64 << 20;
 
-/// What was changed, in a sentence for the user.
-static NOTE: OnceLock<Option<String>> = OnceLock::new();
+/// What the user should know of the environment, one sentence each.
+static NOTES: OnceLock<Vec<String>> = OnceLock::new();
 
-/// Keeps Mesa from using code that was compiled for other vectors, and from a cache folder without room. Drivers read the
-/// environment when they are loaded; call this first of all, while the process has one thread: later calls change
-/// nothing, and neither does the first in a process that has more threads already.
+/// Keeps Mesa from using code that was compiled for other vectors, and from a cache folder without room, and loaders from
+/// driver files that are none. Drivers read the environment when they are loaded; call this first of all, while
+/// the process has one thread: later calls change nothing, and neither does the first in a process that has more
+/// threads already.
 pub fn prepare() {
-    NOTE.get_or_init(|| if is_alone() { change(&env::var_os) } else { None }.map(apply));
+    NOTES.get_or_init(|| {
+        let unusable = driver_files::unusable(&env::var_os);
+        let mut notes: Vec<String> = unusable.iter().flat_map(|u| u.notes.clone()).collect();
+        if is_alone() {
+            // Without any driver the loader is to say so itself.
+            let sifted = unusable.into_iter().filter(|u| !u.rest.is_empty());
+            let sifted = sifted.map(|u| Change { variable: u.variable, value: u.rest, note: String::new() });
+            notes.extend(change(&env::var_os).into_iter().chain(sifted).map(apply));
+        }
+        notes.retain(|note| !note.is_empty());
+        notes
+    });
 }
 
-/// What [`prepare`] changed, if the user should know.
-pub(super) fn note() -> Option<String> {
-    NOTE.get().cloned().flatten().filter(|note| !note.is_empty())
+/// What [`prepare`] found and changed, for the user.
+pub(super) fn notes() -> &'static [String] {
+    NOTES.get().map_or(&[], Vec::as_slice)
 }
 
 /// A variable to be set.

@@ -1,9 +1,9 @@
 //! Loader and instance.
 
 use super::debug::Messenger;
+use super::environment;
 use super::error::{VkError, call};
 use super::watch::is_abandoned;
-use super::{driver_files, environment};
 use ash::vk;
 use std::ffi::{CStr, c_char};
 
@@ -26,7 +26,7 @@ impl Instance {
     /// Loads Vulkan 1.2; with `validate`, under the validation layer with synchronisation validation.
     pub(super) fn new(validate: bool) -> Result<Instance, VkError> {
         environment::prepare();
-        let notes: Vec<String> = driver_files::notes().into_iter().chain(environment::note()).collect();
+        let notes = environment::notes().to_vec();
         // SAFETY: loads the system's Vulkan loader; its initialisers are trusted like any driver.
         let entry = unsafe { ash::Entry::load() }.map_err(VkError::NoLoader)?;
         let application =
