@@ -14,6 +14,9 @@ const PLAIN_TRIES: u32 = 4;
 /// Most samples of these.
 const MOST_IN_TIME: u32 = 1 << 16;
 
+/// A plain image, its samples per pixel and its wall seconds.
+pub(super) type Timed = (Shown, u32, f64);
+
 /// Renders trials of one scene.
 pub(super) struct Bench<'a> {
     pub(super) renderer: &'a mut Renderer,
@@ -115,7 +118,7 @@ impl Bench<'_> {
         seed: u32,
         most: f64,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Option<(Shown, u32, f64)>>, RenderError> {
+    ) -> Result<Option<Option<Timed>>, RenderError> {
         let (mut samples, mut best) = (1u32, None);
         for _ in 0..PLAIN_TRIES {
             let settings = Settings { seed, samples, ..self.settings.clone() };
