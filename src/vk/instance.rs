@@ -58,13 +58,14 @@ impl Instance {
         }
         // SAFETY: all pointers in `info` live through the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
-            // Loaders also run out of memory, they say, where a folder has no driver files.
-            result if result == vk::Result::ERROR_INCOMPATIBLE_DRIVER || !notes.is_empty() => {
-                let also = notes.iter().map(|note| format!("\n  {note}")).collect::<String>();
-                VkError::NoDevice(format!(
-                    "the Vulkan loader found no driver: {INSTALL_HINT}; with VK_LOADER_DEBUG=error,warn set it says more{also}"
-                ))
-            }
+            // Files that are no drivers may be the reason.
+            result if !notes.is_empty() => VkError::NoDevice(format!(
+                "the Vulkan loader found no driver ({result}):\n  {}",
+                notes.join("\n  ")
+            )),
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => VkError::NoDevice(format!(
+                "the Vulkan loader found no driver: {INSTALL_HINT}; with VK_LOADER_DEBUG=error,warn set it says more"
+            )),
             result => call("vkCreateInstance", "loader")(result),
         })?;
         let messenger = match validate.then(|| Messenger::new(&entry, &raw)).transpose() {
