@@ -52,9 +52,9 @@ fn group_free(folder: &std::path::Path, [limit, used, cached]: [&str; 3]) -> Opt
     Some(number(limit)?.saturating_sub(number(used)?.saturating_sub(cached.unwrap_or(0))))
 }
 
-/// What the limits of this process leave.
+/// Bytes that this process's own limits on address space and data leave.
 #[cfg(unix)]
-fn address_space() -> Option<u64> {
+pub fn address_space() -> Option<u64> {
     use rustix::process::{Resource, getrlimit};
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let left = |limit, used| {
@@ -64,8 +64,9 @@ fn address_space() -> Option<u64> {
     [left(Resource::As, "VmSize:"), left(Resource::Data, "VmData:")].into_iter().flatten().min()
 }
 
+/// Bytes that this process's own limits leave: not known here.
 #[cfg(not(unix))]
-fn address_space() -> Option<u64> {
+pub fn address_space() -> Option<u64> {
     None
 }
 

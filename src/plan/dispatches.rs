@@ -92,8 +92,18 @@ impl Batch {
     }
 }
 
+/// Depths that are dispatched whether or not rays are known to get there. Each costs some dispatches of nothing where they
+/// do not, and a submit in vain is the price of one too few.
+pub const FIRST_REACH: u32 = 16;
+
 /// The dispatches of a batch whose last passes are of depth `last_depth`, at least 1.
 pub fn dispatches(plan: &Plan, last_depth: u32) -> impl Iterator<Item = Step> + use<> {
+    dispatches_to(plan, last_depth, last_depth)
+}
+
+/// As [`dispatches`], without the passes of depths greater than `reach`: the same if no ray gets there. The passes of
+/// depth `reach` say whether one does.
+pub fn dispatches_to(plan: &Plan, last_depth: u32, reach: u32) -> impl Iterator<Item = Step> + use<> {
     let spec = &plan.specialisation;
     let (way, branching) = (plan.way(), spec.branching != 0);
     let (lights, group) = (spec.light_count, plan.lights_per_pass.max(1));
@@ -119,7 +129,11 @@ pub fn dispatches(plan: &Plan, last_depth: u32) -> impl Iterator<Item = Step> + 
             })
         })
     };
-    PROLOGUE.iter().map(once).chain((1..=last_depth).flat_map(at_depth)).chain(EPILOGUE.iter().map(once))
+    PROLOGUE
+        .iter()
+        .map(once)
+        .chain((1..=last_depth.min(reach)).flat_map(at_depth))
+        .chain(EPILOGUE.iter().map(once))
 }
 
 #[cfg(test)]
@@ -155,6 +169,20 @@ mod tests {
             let groups: Vec<[u32; 2]> = dispatches(&plan, 3).filter(of).map(|s| s.lights).collect();
             assert_eq!(groups, [[0, 2], [2, 4], [4, 5]], "depth {depth}");
         }
+    }
+
+    #[test]
+    fn what_is_beyond_reach_is_left_out() {
+        let plan = plan(&scene(), 2);
+        let all = |steps: &mut dyn Iterator<Item = Step>| -> Vec<(Kernel, u32)> {
+            steps.map(|s| (s.pass.kernel, s.depth)).collect()
+        };
+        let whole = all(&mut dispatches(&plan, 3));
+        assert_eq!(all(&mut dispatches_to(&plan, 3, 3)), whole);
+        assert_eq!(all(&mut dispatches_to(&plan, 3, 1024)), whole);
+        let within: Vec<_> = whole.into_iter().filter(|(_, depth)| *depth < 3).collect();
+        assert_eq!(all(&mut dispatches_to(&plan, 3, 2)), within);
+        assert!(within.contains(&(Kernel::Spawn, 2)));
     }
 
     #[test]

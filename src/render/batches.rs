@@ -6,7 +6,7 @@ use super::upload::uploads;
 use super::{Observer, RenderError};
 use crate::kernel::abi::{self, Buf, DepthCount, Film, Mark};
 use crate::plan::Plan;
-use crate::plan::dispatches::{Batch, Step, dispatches};
+use crate::plan::dispatches::{Batch, FIRST_REACH, Step, dispatches_to};
 use crate::plan::passes::Size;
 use crate::plan::tiles::Tile;
 use crate::prepare::Packed;
@@ -20,6 +20,10 @@ use std::rc::Rc;
 /// Device time of one submit to aim at: well under the two seconds after which some systems take a
 /// device for hung, and often enough for a progress bar.
 const SUBMIT_SECONDS: f64 = 0.25;
+
+/// By how much the depths that are dispatched grow when a ray gets beyond them: from 16 to the greatest, 1,024, in three
+/// submits in vain, which together hold a third of the greatest's dispatches.
+const REACH_FACTOR: u32 = 4;
 
 /// What poisoned buffers hold.
 const QUIET_NAN: u32 = 0x7fc0_0000;
@@ -79,6 +83,8 @@ pub(crate) struct Batches {
     pub(super) plan: Plan,
     lights: u32,
     pub(super) batch_samples: u32,
+    /// Passes of greater depths are not dispatched, until a ray gets there.
+    reach: u32,
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
@@ -121,6 +127,7 @@ impl Batches {
             plan: plan.clone(),
             lights: plan.specialisation.light_count,
             batch_samples: plan.batch_samples,
+            reach: FIRST_REACH,
             rate: 0.0,
             poisoned: false,
             trace: None,
@@ -193,10 +200,12 @@ impl Batches {
         }
         let pixels = u64::from(part.pixels);
         let mut tally = Tally { tiles: 1, pixels, ..Tally::default() };
+        let last_depth = self.plan.max_depth.last_depth(self.settings.depth, self.settings.cutoff);
         let mut first = samples.start;
         while first < samples.end {
-            // A submit with a walk that does not end is void, but it has changed the film.
-            let held = match first > samples.start && self.parts.is_some() {
+            // A submit with a walk that does not end, or with rays beyond its passes, is void, but it has changed the film.
+            let may_be_void = self.parts.is_some() || self.reach < last_depth;
+            let held = match first > samples.start && may_be_void {
                 true => Some(self.film(part.pixels)?),
                 false => None,
             };
@@ -231,6 +240,16 @@ impl Batches {
                 timed => timed?,
             };
             self.note(u64::from(first - begin) * pixels, pixels, &timed);
+            if self.reach < last_depth && self.goes_beyond_reach() {
+                self.reach = self.reach.saturating_mul(REACH_FACTOR);
+                tally.add_timings(&timed);
+                match &held {
+                    Some((film, marks)) => self.restore(Some(film), marks)?,
+                    None => self.restore(film, &[])?,
+                }
+                first = begin;
+                continue;
+            }
             if self.read_counter(abi::COUNTER_UNFINISHED) != 0 {
                 let (from, film, marks) = match held {
                     Some((film, marks)) => (begin, Some(film), Some(marks)),
@@ -259,6 +278,31 @@ impl Batches {
             }
         }
         Ok(End::Done(first - samples.start, tally))
+    }
+
+    /// True if rays were left for a depth whose passes were not dispatched, by the counts that were downloaded.
+    fn goes_beyond_reach(&mut self) -> bool {
+        let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
+        let depths = &self.buffers.staging_bytes()[..bytes];
+        // Depth d stands at d - 1.
+        let beyond = depths.chunks_exact(size_of::<DepthCount>()).nth(self.reach as usize);
+        beyond.is_some_and(|d| bytemuck::pod_read_unaligned::<DepthCount>(d).traced != 0)
+    }
+
+    /// Puts the sums of pixels and their marks in place; what is not given is nothing.
+    pub(super) fn restore(&mut self, film: Option<&[Film]>, marks: &[Mark]) -> Result<(), VkError> {
+        self.recorder.begin()?;
+        for buffer in [Buf::Film, Buf::Marks] {
+            self.recorder.fill(&self.buffers, buffer, 0);
+        }
+        self.recorder.submit(&self.buffers)?;
+        if let Some(film) = film {
+            self.recorder.upload(&mut self.buffers, Buf::Film, bytemuck::cast_slice(film))?;
+        }
+        if !marks.is_empty() {
+            self.recorder.upload(&mut self.buffers, Buf::Marks, bytemuck::cast_slice(marks))?;
+        }
+        Ok(())
     }
 
     /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
@@ -353,7 +397,7 @@ impl Batches {
         let pixels = part.pixels;
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;
-        for step in dispatches(&self.plan, batch.last_depth) {
+        for step in dispatches_to(&self.plan, batch.last_depth, self.reach) {
             let items = match step.pass.size {
                 Size::Samples => batch.rays(),
                 Size::Pixels => pixels,

@@ -39,6 +39,13 @@ enum BatchEnd {
     Cancelled,
 }
 
+/// What one step's walks did.
+struct Walked {
+    rays: u32,
+    /// Walks that were given up.
+    lost: u64,
+}
+
 /// What is asked between two submits.
 type Stop<'a> = &'a mut dyn FnMut() -> bool;
 
@@ -74,17 +81,7 @@ impl Batches {
     ) -> Result<Option<u32>, RenderError> {
         let Again { part, samples, range, film, marks } = again;
         self.prepare_parts()?;
-        self.recorder.begin()?;
-        for buffer in [Buf::Film, Buf::Marks] {
-            self.recorder.fill(&self.buffers, buffer, 0);
-        }
-        self.recorder.submit(&self.buffers)?;
-        if let Some(film) = film {
-            self.recorder.upload(&mut self.buffers, Buf::Film, bytemuck::cast_slice(&film))?;
-        }
-        if let Some(marks) = marks.filter(|marks| !marks.is_empty()) {
-            self.recorder.upload(&mut self.buffers, Buf::Marks, bytemuck::cast_slice(&marks))?;
-        }
+        self.restore(film.as_deref(), marks.as_deref().unwrap_or_default())?;
         let mut first = samples.start;
         while first < samples.end {
             let batch = self.batch_samples.min(samples.end - first);
@@ -153,15 +150,22 @@ impl Batches {
         timed: &mut Vec<Timed>,
         stop: Stop<'_>,
     ) -> Result<Option<u64>, VkError> {
-        let mut lost = 0;
+        let (mut lost, mut empty) = (0, false);
         for steps in steps.chunk_by(|a, b| a.pass.kernel != Kernel::Walk && b.pass.kernel != Kernel::Walk) {
             if let [step] = steps
                 && step.pass.kernel == Kernel::Walk
             {
-                match self.walk(step, push, timed, stop)? {
-                    Some(more) => lost += more,
-                    None => return Ok(None),
+                if !empty {
+                    match self.walk(step, push, timed, stop)? {
+                        Some(walked) => (lost, empty) = (lost + walked.lost, walked.rays == 0),
+                        None => return Ok(None),
+                    }
                 }
+                continue;
+            }
+            // Where no ray is, there is none at greater depths either.
+            let steps: Vec<&Step> = steps.iter().filter(|step| step.depth == 0 || !empty).collect();
+            if steps.is_empty() {
                 continue;
             }
             let Some(Parts { pipelines, recorder, .. }) = self.parts.as_deref_mut() else { return Ok(None) };
@@ -186,7 +190,7 @@ impl Batches {
         push: Push,
         timed: &mut Vec<Timed>,
         stop: Stop<'_>,
-    ) -> Result<Option<u64>, VkError> {
+    ) -> Result<Option<Walked>, VkError> {
         let rounds = self.rounds_most();
         let Some(Parts { pipelines, recorder, .. }) = self.parts.as_deref_mut() else { return Ok(None) };
         let buffers = &mut self.buffers;
@@ -223,7 +227,7 @@ impl Batches {
                 }
             }
         }
-        Ok(Some(lost))
+        Ok(Some(Walked { rays: count, lost }))
     }
 
     /// Dispatches that end every walk on a device that computes what it should: a walk meets each node and each

@@ -4,6 +4,7 @@ use super::debug::Messenger;
 use super::environment;
 use super::error::{VkError, call};
 use super::watch::is_abandoned;
+use crate::host_memory;
 use ash::vk;
 use std::ffi::{CStr, c_char};
 
@@ -11,6 +12,10 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// How to get Vulkan where there is none.
 pub(super) const INSTALL_HINT: &str = "install a Vulkan driver (Debian and Ubuntu: `apt-get install libvulkan1 mesa-vulkan-drivers` \
      brings the loader and the software device lavapipe)";
+
+/// Address space without which no driver is loaded, bytes. A driver maps libraries and stacks of some hundred MiB: lavapipe
+/// starts with 1 GiB. With 0.15 to 0.7 GiB it fails, with 0.1 it may end the process.
+const LEAST_ADDRESS_SPACE: u64 = 256 << 20;
 
 /// A loaded Vulkan instance.
 pub(super) struct Instance {
@@ -27,6 +32,12 @@ impl Instance {
     pub(super) fn new(validate: bool) -> Result<Instance, VkError> {
         environment::prepare();
         let notes = environment::notes().to_vec();
+        if let Some(left) = host_memory::address_space().filter(|left| *left < LEAST_ADDRESS_SPACE) {
+            return Err(VkError::NoDevice(format!(
+                "no driver can be loaded: the limits of this process leave {} MiB of address space and data, a driver takes 1 GiB (`ulimit -v`, `ulimit -d`)",
+                left >> 20
+            )));
+        }
         // SAFETY: loads the system's Vulkan loader; its initialisers are trusted like any driver.
         let entry = unsafe { ash::Entry::load() }.map_err(VkError::NoLoader)?;
         let application =
@@ -59,13 +70,12 @@ impl Instance {
         // SAFETY: all pointers in `info` live through the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
             // Files that are no drivers may be the reason.
-            result if !notes.is_empty() => VkError::NoDevice(format!(
-                "the Vulkan loader found no driver ({result}):\n  {}",
-                notes.join("\n  ")
-            )),
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => VkError::NoDevice(format!(
-                "the Vulkan loader found no driver: {INSTALL_HINT}; with VK_LOADER_DEBUG=error,warn set it says more"
-            )),
+            result if result == vk::Result::ERROR_INCOMPATIBLE_DRIVER || !notes.is_empty() => {
+                let also = notes.iter().map(|note| format!("\n  {note}")).collect::<String>();
+                VkError::NoDevice(format!(
+                    "the Vulkan loader found no driver ({result}): {INSTALL_HINT}; with VK_LOADER_DEBUG=error,warn set it says more{also}"
+                ))
+            }
             result => call("vkCreateInstance", "loader")(result),
         })?;
         let messenger = match validate.then(|| Messenger::new(&entry, &raw)).transpose() {

@@ -122,7 +122,7 @@ impl<'t> Harness<'t> {
 
     /// Least radius of a sphere in the local frame for which the terms of its equation have the errors that the bounds
     /// allow: f32 holds its square, and where denormals are flushed also the errors of products
-    /// (numerics.md, Spheres: 2^-79).
+    /// (numerics.md, Not promised: 2^-79).
     pub fn least_radius(&self) -> f64 {
         let flushed = self.precision != Precision::Double && self.tracer.flushes_denormals();
         if flushed { 2f64.powi(-39) } else { 2f64.powi(-60) }
