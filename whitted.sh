@@ -7,11 +7,18 @@ usage() {
     cat <<'TEXT'
 usage: ./whitted.sh render   build, then render scenes/cornell.toml to cornell.png
        ./whitted.sh test     build, then run all tests
+       ./whitted.sh devices-test
+                             build, then test on every driver that can be had without hardware: lavapipe of
+                             the system, SwiftShader of Chromium, lavapipe of Debian 13 in a folder of its own
        ./whitted.sh setup    only set up: `cargo build` then compiles the kernels of glsl/ with shaderc
        ./whitted.sh kernels  compile the kernels, and renew glsl/kernels.pack
+       ./whitted.sh farm-test  build, then run the templates of farm/ on Open Job Description, Slurm and GNU parallel
 
 On Debian and Ubuntu missing packages are installed by apt-get, with sudo if need be. Elsewhere the
 script says what is missing. Nothing is downloaded where nothing is missing.
+
+devices-test makes the Debian 13 with debootstrap, as root, in $WHITTED_DEBIAN_13 or, unless that is set,
+in the user's cache folder (800 MB, kept for the next time). Where it cannot, it says so and tests the rest.
 TEXT
 }
 
@@ -91,7 +98,9 @@ missing_packages() {
     if [ "$1" != render ]; then
         have_driver cpu || echo mesa-vulkan-drivers
         have_layer || echo vulkan-validationlayers
-        have chromium || echo chromium # opens the pages that the tests write
+        have chromium || echo chromium # opens the pages that the tests write, and brings SwiftShader
+        # For the Debian 13 of devices-test; the script says what is missing where it is no package.
+        if [ "$1" = devices-test ] && [ "$(id -u)" = 0 ]; then have debootstrap || echo debootstrap; fi
     else
         have_driver || echo mesa-vulkan-drivers
     fi
@@ -167,6 +176,37 @@ prepare_shaderc() {
     configure whitted_shaderc "[target.'cfg(all())']" 'rustflags = ["--cfg", "whitted_shaderc"]'
 }
 
+# Makes a Debian 13 for its Mesa 25, once. Sets $debian to its folder; empty if there is none.
+need_debian_13() {
+    debian=${WHITTED_DEBIAN_13:-${XDG_CACHE_HOME:-$HOME/.cache}/whitted/debian-13}
+    if any "$debian"/usr/share/vulkan/icd.d/lvp_icd*.json && any "$debian"/usr/share/vulkan/explicit_layer.d/*validation*.json; then
+        [ "$(id -u)" != 0 ] || return 0
+        without='only root may enter it'
+    elif [ "$(id -u)" != 0 ]; then
+        without='only root may make it'
+    elif ! have debootstrap; then
+        without='debootstrap is missing'
+    elif rm -rf "$debian.new" && mkdir -p "$debian.new" && debootstrap --variant=minbase \
+        --include=libvulkan1,mesa-vulkan-drivers,vulkan-validationlayers trixie "$debian.new" >"$debian.log" 2>&1 </dev/null; then
+        rm -rf "$debian.new/var/cache/apt/archives" "$debian"
+        mv "$debian.new" "$debian"
+        return 0
+    else
+        without="debootstrap failed, as without a network ($debian.log)"
+    fi
+    say "NOT TESTED: Mesa 25 of Debian 13: $without"
+    debian=
+}
+
+test_devices() {
+    need_debian_13
+    if [ -n "$debian" ]; then
+        WHITTED_DEBIAN_13=$debian cargo test --locked --test device_lane -- --ignored </dev/null
+    else
+        cargo test --locked --test device_lane -- --ignored --skip mesa_25 </dev/null
+    fi
+}
+
 setup() {
     machine=$(uname -m)
     libraries=/usr/lib/$machine-linux-gnu
@@ -178,7 +218,7 @@ setup() {
 
 main() {
     case "${1:-}" in
-    render | test | setup | kernels) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
+    render | test | devices-test | setup | kernels | farm-test) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
     -h | --help | help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
     esac
@@ -191,6 +231,11 @@ main() {
         say "the picture is $PWD/cornell.png"
         ;;
     test) cargo test --locked --no-fail-fast </dev/null ;;
+    devices-test) test_devices ;;
+    farm-test)
+        cargo build --release --locked </dev/null
+        sh farm/test.sh </dev/null
+        ;;
     setup) say "ready: cargo build and cargo test work" ;;
     kernels)
         WHITTED_UPDATE_KERNELS=1 cargo test --locked --test packed_kernels </dev/null

@@ -1,5 +1,6 @@
 //! Files that appear whole or not at all: written beside the target, synced, renamed over it.
 
+use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +29,19 @@ pub fn write_unsynced(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let (partial, mut file) = Partial::create(path)?;
     file.write_all(bytes)?;
     partial.rename_to(path)
+}
+
+/// Name of an output that is not complete, beside the one it would have: `a.incomplete.png` for `a.png`. A file under
+/// its own name is a complete one.
+pub fn incomplete(path: &Path) -> PathBuf {
+    match path.extension() {
+        Some(extension) => {
+            let mut end = OsString::from("incomplete.");
+            end.push(extension);
+            path.with_extension(end)
+        }
+        None => path.with_extension("incomplete"),
+    }
 }
 
 /// Checks that [`write()`] could create `path`, so that long work is not lost at its end. Leaves
@@ -144,6 +158,17 @@ mod tests {
         assert_eq!(result.unwrap_err().to_string(), "stopped");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(names(folder.path()), ["a.png"]);
+    }
+
+    #[test]
+    fn an_incomplete_file_has_a_name_of_its_own() {
+        for (name, beside) in [
+            ("d/a.png", "d/a.incomplete.png"),
+            ("a.b.EXR", "a.b.incomplete.EXR"),
+            ("d.e/a", "d.e/a.incomplete"),
+        ] {
+            assert_eq!(incomplete(Path::new(name)), Path::new(beside));
+        }
     }
 
     #[test]

@@ -35,6 +35,7 @@
 #[doc(hidden)]
 pub mod atomic_file;
 mod cache_folder;
+mod host_memory;
 #[doc(hidden)]
 pub mod stats;
 #[doc(hidden)]
@@ -73,7 +74,7 @@ pub use image::{Picture, ReadError, SaveError};
 pub use plan::PlanError;
 pub use render::{
     Convergence, ImageSoFar, Mismatch, Observer, Prepared, Quiet, RenderError, Rendered, Renderer,
-    ResumeState, Tiles,
+    ResumeState, Sums,
 };
 pub use report::Report;
 pub use scene::{Scene, SceneError};

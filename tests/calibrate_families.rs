@@ -6,8 +6,7 @@ mod common;
 use common::renderer;
 use std::cell::Cell;
 use std::rc::Rc;
-use whitted::lab::calibrate::families::{FamilyPlan, Judgement, SceneRecord, Store, Tally, Trials, choose};
-use whitted::lab::calibrate::{Aim, Coverage};
+use whitted::lab::calibrate::{Aim, Coverage, Judgement, Plan, SceneRecord, Store, Tally, Trials, choose};
 use whitted::reference::oracle::Oracle;
 use whitted::render::Observer;
 use whitted::scene::procedural::families::Family;
@@ -45,7 +44,7 @@ impl Observer for Until {
     }
 }
 
-fn plan() -> FamilyPlan {
+fn plan() -> Plan {
     let trials = Trials {
         seed: 2026,
         width: 48,
@@ -57,7 +56,7 @@ fn plan() -> FamilyPlan {
         confidence: 0.95,
         truth_rays: 1e6,
     };
-    FamilyPlan { families: choose(&["all".to_owned()]).expect("families"), scenes: 1, trials }
+    Plan { files: Vec::new(), families: choose(&["all".to_owned()]).expect("families"), scenes: 1, trials }
 }
 
 /// All judgements of total bounds and kept errors, with every bound multiplied by `scale`.

@@ -264,7 +264,22 @@ fn a_crop_is_cut_from_the_same_image() {
     small(&at("whole.exr")).assert().success();
     small(&at("part.exr")).args(["--crop", "5,4,19,13"]).assert().success();
     let whole = image::open(at("whole.exr")).unwrap().crop_imm(5, 4, 14, 9);
-    assert_eq!(whole.into_rgb32f(), image::open(at("part.exr")).unwrap().into_rgb32f());
+    // An EXR keeps its place: other readers see it in the whole image, black around.
+    let part = image::open(at("part.exr")).unwrap();
+    assert_eq!((part.width(), part.height()), (24, 20));
+    assert_eq!(part.to_rgb32f().get_pixel(4, 4).0, [0.0; 3]);
+    assert_eq!(whole.to_rgb32f(), part.crop_imm(5, 4, 14, 9).into_rgb32f());
+    small(&at("part.png")).args(["--crop", "5,4,19,13"]).assert().success();
+    assert_eq!(image::open(at("part.png")).unwrap().width(), 14);
+    // `compare` looks at the pixels that are there, and at no others.
+    let same = |a: &str, b: &str| {
+        whitted(&["compare", &at(a), &at(b), "--metric", "rmse", "--threshold", "0"]).assert()
+    };
+    same("part.exr", "part.exr").success();
+    same("part.exr", "whole.exr").success();
+    same("whole.exr", "part.exr").success();
+    small(&at("other.exr")).args(["--crop", "5,4,19,13", "--seed", "1"]).assert().success();
+    same("other.exr", "whole.exr").code(6);
 }
 
 #[test]
@@ -337,10 +352,11 @@ fn an_interrupt_ends_with_130_and_a_partial_image() {
     let (folder, at) = folder();
     let words = ["--size", "120x100", "--samples", "1000000", "--batch-samples", "4"];
     let (last, code) = interrupted(&at("a.png"), &words);
-    assert!(last.starts_with("interrupted: ") && last.contains("a.png; it cannot be resumed"), "{last}");
+    assert!(last.starts_with("interrupted: "), "{last}");
+    assert!(last.contains("a.incomplete.png; continue with --resume"), "{last}");
     assert_eq!(code, Some(130));
-    assert_eq!(names(folder.path()), ["a.png"]);
-    assert!(fs::read(at("a.png")).unwrap().starts_with(PNG));
+    assert_eq!(names(folder.path()), ["a.incomplete.png", "a.png.partial"]);
+    assert!(fs::read(at("a.incomplete.png")).unwrap().starts_with(PNG));
 }
 
 #[cfg(unix)]
@@ -355,7 +371,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
         "{last}"
     );
     assert_eq!(code, Some(130));
-    assert_eq!(names(folder.path()), ["a.exr", "a.exr.partial"]);
+    assert_eq!(names(folder.path()), ["a.exr.partial", "a.incomplete.exr"]);
 
     // Another render does not go on from it, and says why.
     let other = whitted(&["render", SCENE, "-o", &output, "--device", "cpu", "--resume", "--samples", "2"])
@@ -366,7 +382,7 @@ fn an_interrupted_render_resumes_to_the_same_file() {
     for part in ["a.exr.partial", "--samples 3000", "--samples 2", "leave out --resume"] {
         assert!(text(&other.stderr).contains(part), "{part}: {}", text(&other.stderr));
     }
-    assert_eq!(names(folder.path()), ["a.exr", "a.exr.partial"]);
+    assert_eq!(names(folder.path()), ["a.exr.partial", "a.incomplete.exr"]);
 
     let report = at("a.json");
     let resume = ["render", SCENE, "-o", &output, "--device", "cpu", "--resume", "--report", &report];

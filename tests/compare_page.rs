@@ -142,7 +142,7 @@ fn what_cannot_be_carried_out_says_why() {
         (vec!["a", "b", "-o", "page.txt"], 2, ".html"),
         (vec!["a/near.png", "b/near.png", "-o", "page.html"], 2, "--diff"),
         (vec!["a", "b", "-o", "x.html", "--json", "x.html"], 2, "same file"),
-        (vec!["empty", "empty"], 1, ".png, .exr or .hdr"),
+        (vec!["empty", "empty"], 1, ".png, .exr, .hdr, .ppm or .pfm"),
         (vec!["a", "b", "-o", "none/page.html"], 1, "cannot write"),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));

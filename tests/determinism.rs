@@ -68,6 +68,42 @@ fn tiles_batches_and_groups_change_no_bit() {
     }
 }
 
+/// Depths are dispatched as far as rays are seen to get; a submit whose rays get further is void.
+#[test]
+fn dispatched_depths_change_no_bit() {
+    let mut renderer = renderer();
+    let (_, scene) = scenes().into_iter().find(|(name, _)| name == "two_mirrors").unwrap();
+    let settings = Settings { depth: 40, ..small(&scene, 41, 5, 9) };
+    let whole = render(&mut renderer, &scene, &settings);
+    let rays = |of: &Rendered| serde_json::to_string(&of.report.rays).unwrap();
+    let traced = |of: &Rendered| -> Vec<u64> { of.report.rays.by_depth.iter().map(|d| d.traced).collect() };
+    assert!(traced(&whole).len() == 40 && traced(&whole).iter().all(|n| *n > 0));
+    let none = Schedule::default();
+    for schedule in [
+        Schedule { tile_pixels: Some(37), batch_samples: Some(1), ..none },
+        Schedule { batch_samples: Some(2), ..none },
+        Schedule { fused: Some(true), batch_samples: Some(2), ..none },
+        Schedule {
+            walk_steps: Some(1),
+            forced_features: ForcedFeatures::default().with(Feature::Hierarchy),
+            ..none
+        },
+    ] {
+        let found = render(&mut renderer, &scene, &Settings { schedule, ..settings.clone() });
+        assert_eq!((hash(&found), rays(&found)), (hash(&whole), rays(&whole)), "{schedule:?}");
+    }
+    // What is asked for in vain costs no dispatch, and one depth more is not lost.
+    for (depth, deepest) in [(16, 16), (17, 17), (18, 18)] {
+        let found = render(&mut renderer, &scene, &Settings { depth, ..settings.clone() });
+        assert_eq!(traced(&found)[..], traced(&whole)[..deepest]);
+    }
+    let (_, ended) = scenes().into_iter().find(|(name, _)| name == "cornell").unwrap();
+    let of = |depth| Settings { depth, ..small(&ended, 41, 2, 9) };
+    let found = render(&mut renderer, &ended, &of(1024));
+    assert_eq!(found.report.passes.iter().map(|p| p.depth).max(), Some(16));
+    assert_eq!(hash(&found), hash(&render(&mut renderer, &ended, &of(16))));
+}
+
 /// Every way of building a hierarchy, and none at all, over overlapping spheres and a mesh.
 #[test]
 fn hierarchies_change_no_bit() {

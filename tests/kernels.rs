@@ -16,9 +16,9 @@ use state::{State, variants};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 use whitted::kernel::abi::{
-    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, COUNTERS, Contribution,
-    FRESNEL_CONSTANT, Film, NONE, Push, RAY_KINDS, RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION, RAY_SHADOW,
-    Ray, Specialisation, TEST_WORDS,
+    BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, COUNTER_UNFINISHED, COUNTERS,
+    Contribution, FRESNEL_CONSTANT, Film, NONE, Push, RAY_KINDS, RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION,
+    RAY_SHADOW, Ray, Specialisation, TEST_WORDS,
 };
 use whitted::kernel::defects::Defect;
 use whitted::kernel::table::{Kernel, KernelSet};
@@ -45,20 +45,20 @@ fn check(
 }
 
 fn each_state(seeds: std::ops::Range<u32>, test: impl FnMut(&mut Bench, &State, &mut Rng, &str)) {
-    each_state_of(seeds, false, test);
+    each_state_of(seeds, |_| {}, test);
 }
 
-/// `counting`: box and primitive tests are counted.
+/// `edit` changes every state's specialisation.
 fn each_state_of(
     seeds: std::ops::Range<u32>,
-    counting: bool,
+    edit: impl Fn(&mut Specialisation),
     mut test: impl FnMut(&mut Bench, &State, &mut Rng, &str),
 ) {
     let device: Rc<Device> = device();
     let lanes = [0, device.limits().shuffle_lanes];
     for ((name, variant), lanes) in variants().into_iter().flat_map(|v| lanes.map(|l| (v, l))) {
         let with_lanes = |mut state: State| {
-            state.spec.counting = u32::from(counting);
+            edit(&mut state.spec);
             if lanes != 0 {
                 (state.spec.lanes, state.spec.texels, state.spec.fused) = (lanes, 1, 1);
             }
@@ -122,55 +122,60 @@ fn tests_of(memory: &Memory, depth: u32, kind: u32) -> [u64; 2] {
 #[test]
 fn box_and_primitive_tests_are_counted() {
     let mut seen = [[0; 2]; 4];
-    each_state_of(0..3, true, |bench, state, rng, what| {
-        let mut memory = state.memory.clone();
-        // A low word that overflows goes on in the high word.
-        let words = (COUNTERS..COUNTERS + TEST_WORDS * RAY_KINDS).step_by(2);
-        words.for_each(|at| memory.counters[at as usize] = u32::MAX - 100);
-        let before = tests_of(&memory, 1, RAY_PRIMARY);
-        let twin = check(bench, state, &memory, Kernel::Intersect, &state.push(), what);
-        let primitives = u64::from(state.spec.triangle_count + state.spec.sphere_count);
-        for kind in [RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION] {
-            let [boxes, tests] = tests_of(&twin, 1, kind).map(|n| n - before[0]);
-            seen[kind as usize] = [seen[kind as usize][0] + boxes, seen[kind as usize][1] + tests];
-            // Without a hierarchy the number is known: every primitive for every ray that is finite.
-            let finite = |r: &&Ray| r.origin.iter().chain(&r.direction).all(|x| x.is_finite());
-            let rays = twin.rays[..state.count()].iter().filter(|r| r.kind == kind).filter(finite).count();
+    each_state_of(
+        0..3,
+        |spec| spec.counting = 1,
+        |bench, state, rng, what| {
+            let mut memory = state.memory.clone();
+            // A low word that overflows goes on in the high word.
+            let words = (COUNTERS..COUNTERS + TEST_WORDS * RAY_KINDS).step_by(2);
+            words.for_each(|at| memory.counters[at as usize] = u32::MAX - 100);
+            let before = tests_of(&memory, 1, RAY_PRIMARY);
+            let twin = check(bench, state, &memory, Kernel::Intersect, &state.push(), what);
+            let primitives = u64::from(state.spec.triangle_count + state.spec.sphere_count);
+            for kind in [RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION] {
+                let [boxes, tests] = tests_of(&twin, 1, kind).map(|n| n - before[0]);
+                seen[kind as usize] = [seen[kind as usize][0] + boxes, seen[kind as usize][1] + tests];
+                // Without a hierarchy the number is known: every primitive for every ray that is finite.
+                let finite = |r: &&Ray| r.origin.iter().chain(&r.direction).all(|x| x.is_finite());
+                let rays =
+                    twin.rays[..state.count()].iter().filter(|r| r.kind == kind).filter(finite).count();
+                if state.spec.use_bvh == 0 {
+                    assert_eq!([boxes, tests], [0, primitives * rays as u64], "{what}");
+                } else {
+                    // At least two children of the root; not every primitive.
+                    assert!(
+                        boxes >= 2 * rays as u64 && tests < primitives * rays as u64,
+                        "{boxes} {tests} {what}"
+                    );
+                }
+            }
+
+            let mut memory = state.hit();
+            memory.run(Kernel::Shade, &state.spec, &state.push());
+            state.place_lights(&mut memory, rng);
+            let end = if state.spec.use_bvh != 0 { state.spec.light_count } else { 1 };
+            let push = state.lights(0, end);
+            let twin = check(bench, state, &memory, Kernel::Shadow, &push, what);
+            let [boxes, tests] = tests_of(&twin, 1, RAY_SHADOW);
+            seen[RAY_SHADOW as usize] =
+                [seen[RAY_SHADOW as usize][0] + boxes, seen[RAY_SHADOW as usize][1] + tests];
+            let rays = u64::from(twin.depth_counts[0].shadow);
             if state.spec.use_bvh == 0 {
-                assert_eq!([boxes, tests], [0, primitives * rays as u64], "{what}");
-            } else {
-                // At least two children of the root; not every primitive.
-                assert!(
-                    boxes >= 2 * rays as u64 && tests < primitives * rays as u64,
-                    "{boxes} {tests} {what}"
-                );
+                assert!(tests.is_multiple_of(primitives) && tests <= primitives * rays, "{what}");
             }
-        }
 
-        let mut memory = state.hit();
-        memory.run(Kernel::Shade, &state.spec, &state.push());
-        state.place_lights(&mut memory, rng);
-        let end = if state.spec.use_bvh != 0 { state.spec.light_count } else { 1 };
-        let push = state.lights(0, end);
-        let twin = check(bench, state, &memory, Kernel::Shadow, &push, what);
-        let [boxes, tests] = tests_of(&twin, 1, RAY_SHADOW);
-        seen[RAY_SHADOW as usize] =
-            [seen[RAY_SHADOW as usize][0] + boxes, seen[RAY_SHADOW as usize][1] + tests];
-        let rays = u64::from(twin.depth_counts[0].shadow);
-        if state.spec.use_bvh == 0 {
-            assert!(tests.is_multiple_of(primitives) && tests <= primitives * rays, "{what}");
-        }
-
-        if state.spec.fused != 0 {
-            for (memory, push) in before_fused_depth(state, rng) {
-                let what = format!("{what}, depth {}", push.depth);
-                let twin = check(bench, state, &memory, Kernel::FusedDepth, &push, &what);
-                assert!(tests_of(&twin, push.depth, RAY_SHADOW)[1] > 0, "{what}");
-                let children = twin.next_rays.iter().filter(|r| r.kind == RAY_REFLECTION).count();
-                assert!(children > 100, "{children}: {what}");
+            if state.spec.fused != 0 {
+                for (memory, push) in before_fused_depth(state, rng) {
+                    let what = format!("{what}, depth {}", push.depth);
+                    let twin = check(bench, state, &memory, Kernel::FusedDepth, &push, &what);
+                    assert!(tests_of(&twin, push.depth, RAY_SHADOW)[1] > 0, "{what}");
+                    let children = twin.next_rays.iter().filter(|r| r.kind == RAY_REFLECTION).count();
+                    assert!(children > 100, "{children}: {what}");
+                }
             }
-        }
-    });
+        },
+    );
     assert!(seen.as_flattened().iter().all(|n| *n > 1000), "{seen:?}");
 }
 
@@ -304,6 +309,79 @@ fn shadow() {
     assert!(clamped > 0, "no light touches a surface");
 }
 
+/// Walks that stop after a few steps and go on, until all have ended: the rounds that took, and the buffers then. The
+/// twin's never stop, so what a walk keeps and how many went on are left out.
+fn walk_on(bench: &mut Bench, memory: &Memory, push: &Push) -> (u32, Memory) {
+    bench.upload(memory);
+    let mut unfinished = 0;
+    for round in 0..5000 {
+        bench.run(Kernel::Walk, &Push { walk_round: round, ..*push }, push.items);
+        let mut found = bench.download(memory);
+        let now = found.counters[COUNTER_UNFINISHED as usize];
+        if now == unfinished {
+            found.walks.clone_from(&memory.walks);
+            found.counters[COUNTER_UNFINISHED as usize] = 0;
+            return (round, found);
+        }
+        unfinished = now;
+    }
+    panic!("walks do not end");
+}
+
+#[test]
+fn walk() {
+    let (mut most, mut hidden) = ([0; 2], 0);
+    let few = |spec: &mut Specialisation| (spec.loop_cap, spec.counting) = (12, 1);
+    each_state_of(0..2, few, |bench, state, rng, what| {
+        let mut both = |memory: &Memory, push: Push, what: &str| {
+            let (rounds, found) = walk_on(bench, memory, &push);
+            let mut twin = memory.clone();
+            twin.run(Kernel::Walk, &state.spec, &push);
+            assert_same(
+                &format!("walk, {what}, lights {:?}", [push.light_begin, push.light_end]),
+                &twin,
+                &found,
+            );
+            (rounds, twin)
+        };
+        let (rounds, _) = both(&state.memory, state.push(), what);
+        most[0] = most[0].max(rounds);
+        let mut memory = state.hit();
+        memory.run(Kernel::Shade, &Specialisation { counting: 0, ..state.spec }, &state.push());
+        state.place_lights(&mut memory, rng);
+        for [begin, end] in [[0, 1], [0, 2], [0, 3], [3, 4], [3, 5]] {
+            let (rounds, twin) = both(&memory, state.lights(begin, end), what);
+            most[1] = most[1].max(rounds);
+            memory.hits = twin.hits;
+        }
+        hidden += memory.hits[..state.count()].iter().filter(|h| h.primitive == 3).count();
+    });
+    assert!(most[0] > 3 && most[1] > 3 && hidden > 50, "{most:?} rounds, {hidden} surfaces without light");
+}
+
+#[test]
+fn light() {
+    let mut clamped = 0;
+    each_state(0..2, |bench, state, rng, what| {
+        let mut memory = state.hit();
+        memory.run(Kernel::Shade, &state.spec, &state.push());
+        state.place_lights(&mut memory, rng);
+        memory.hits.iter_mut().for_each(|h| h.primitive = rng.below(32));
+        let cuts: &[&[u32]] =
+            if state.spec.use_bvh != 0 { &[&[0, 5], &[0, 2, 5]] } else { &[&[0, 1, 2, 3, 4, 5]] };
+        for cut in cuts {
+            let mut now = memory.clone();
+            for pass in cut.windows(2) {
+                let push = state.lights(pass[0], pass[1]);
+                now = check(bench, state, &now, Kernel::Light, &push, &format!("{what}, lights {pass:?}"));
+            }
+            assert!(now.depth_counts[0].shadow > 100, "{:?}: {what}", now.depth_counts[0]);
+            clamped += now.counters[COUNTER_CLAMPED_LIGHTS as usize];
+        }
+    });
+    assert!(clamped > 0, "no light touches a surface");
+}
+
 /// What `fused_depth` finds before it at depths 1 and 2: rays behind places of any order.
 fn before_fused_depth(state: &State, rng: &mut Rng) -> [(Memory, Push); 2] {
     [1, 2].map(|depth| {
@@ -410,6 +488,7 @@ fn test_against_twin(kernel: Kernel) -> Option<fn()> {
         Kernel::Gather => Some(gather),
         Kernel::Generate => Some(generate),
         Kernel::Intersect => Some(intersect),
+        Kernel::Light => Some(light),
         Kernel::Place => Some(place),
         Kernel::Resolve => Some(resolve),
         Kernel::Scan => Some(scan),
@@ -419,6 +498,7 @@ fn test_against_twin(kernel: Kernel) -> Option<fn()> {
         Kernel::Shadow => Some(shadow),
         Kernel::Spawn => Some(spawn),
         Kernel::FusedDepth => Some(fused_depth),
+        Kernel::Walk => Some(walk),
     }
 }
 

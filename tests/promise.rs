@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 use whitted::accuracy::promise::{Bounded, BoundedImage, Request, Target};
-use whitted::render::{Observer, Quiet, Renderer, ResumeState, Survey};
+use whitted::render::{Observer, Quiet, Renderer, ResumeState, State, Survey};
 use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
 
@@ -138,4 +138,73 @@ fn a_survey_ends_in_time_with_the_first_pixels() {
     let again = survey.trace(first, 0..4, &mut Quiet).unwrap();
     assert_eq!(again.marks[..], some.marks[..first.len()]);
     assert_eq!(again.sums[..], some.sums[..4 * first.len()]);
+}
+
+/// Writes the state after every part, and stops after some of them.
+struct KeepSome {
+    states: Vec<Vec<u8>>,
+    most: usize,
+}
+
+impl Observer for KeepSome {
+    fn progress(&mut self, _done: u64, _total: u64) {}
+    fn cancelled(&self) -> bool {
+        self.states.len() >= self.most
+    }
+    fn wants_state(&self) -> bool {
+        true
+    }
+    fn keep(&mut self, state: &dyn State) {
+        let mut bytes = Vec::new();
+        state.write(&mut bytes).unwrap();
+        self.states.push(bytes);
+    }
+}
+
+#[test]
+fn from_every_state_on_the_way_an_error_and_a_budget_are_the_same() {
+    let scene = scene("cornell.toml");
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
+    for (request, samples) in [(request(Target::Error(0.008)), 1), (request(Target::Settings), 16)] {
+        let own = |tile| Settings { samples, ..settings(&scene, tile) };
+        let whole = renderer.render_bounded(&scene, &own(480), &request).unwrap();
+        let mut keeper = KeepSome { states: Vec::new(), most: usize::MAX };
+        let kept = renderer.render_bounded_with(&scene, &own(100), &request, &mut keeper).unwrap();
+        assert_eq!((&kept.samples, &kept.report.error), (&whole.samples, &whole.report.error));
+        let states = keeper.states;
+        assert!(states.len() >= 5, "{}", states.len());
+        for state in states.iter().step_by(states.len().div_ceil(6)) {
+            let state = ResumeState::read(&mut &state[..]).unwrap();
+            let last = renderer.resume_bounded(&scene, &own(37), &request, state, &mut Quiet).unwrap();
+            assert_eq!((&last.samples, &last.report.error), (&whole.samples, &whole.report.error));
+            let rays = |k: &whitted::report::Report| (k.rays.primary, k.rays.reflection, k.rays.shadow);
+            assert_eq!(rays(&last.report), rays(&whole.report));
+        }
+    }
+}
+
+#[test]
+fn a_time_goes_on_for_what_is_left_of_it_with_the_samples_it_has() {
+    let scene = scene("cornell.toml");
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
+    let seconds = 6.0;
+    let request = |seconds| Request::to(Target::Time { seconds, from: Instant::now(), layers: 0 });
+    let mut keeper = KeepSome { states: Vec::new(), most: 5 };
+    let own = settings(&scene, 100);
+    let part = renderer.render_bounded_with(&scene, &own, &request(seconds), &mut keeper).unwrap();
+    assert!(part.cancelled && part.report.asked.met == Some(false));
+    let of = |image: &BoundedImage| image.samples.samples.iter().map(|n| u64::from(*n)).sum::<u64>();
+    let state = stored(part.unfinished.as_ref().unwrap());
+    let spent = state.time.wall;
+    assert!(spent > 0.0 && spent < seconds, "{spent}");
+    let start = Instant::now();
+    let last = renderer.resume_bounded(&scene, &own, &request(seconds), state, &mut Quiet).unwrap();
+    assert!(of(&last) > of(&part) && last.report.time.wall > spent);
+    assert!(start.elapsed().as_secs_f64() < 2.0 * seconds, "it ends");
+    // One whose time is over gives what it has, and no other time is mistaken for it.
+    let mut late = stored(part.unfinished.as_ref().unwrap());
+    late.time.wall = 2.0 * seconds;
+    let last = renderer.resume_bounded(&scene, &own, &request(seconds), late.clone(), &mut Quiet).unwrap();
+    assert_eq!(of(&last), of(&part));
+    assert!(renderer.resume_bounded(&scene, &own, &request(7.0), late, &mut Quiet).is_err());
 }

@@ -60,7 +60,6 @@ fn what_cannot_be_is_a_usage_error() {
         "--error 0.01 --precision fast",
         "--error 0.01 --aov rounding",
         "--time 0",
-        "--time 1 --resume",
         "--time 1 --samples 4",
         "--time 1 --aov rounding",
         "--budget --samples 1",
@@ -255,14 +254,14 @@ fn an_interrupted_error_resumes_to_the_same_image() {
     let (last, code) = interrupted(&bench.at("a.exr"), &slow);
     assert_eq!(code, Some(130), "{last}");
     assert!(last.contains("continue with --resume"), "{last}");
-    assert_eq!(bench.names(), ["a.exr", "a.exr.partial", "whole.exr"]);
+    assert_eq!(bench.names(), ["a.exr.partial", "a.incomplete.exr", "whole.exr"]);
 
     // Another request does not go on from it, nor does a plain render, and they say why.
     let cases: [(&[&str], &str); 4] = [
         (&["--error", "0.01", "--size", "24x20"], "--error 0.006"),
         (&["--error", "0.006", "--size", "24x21"], "--size 24x20"),
         (&["--budget", "--size", "24x20"], "--budget"),
-        (&["--size", "24x20"], "a render with --error or --budget"),
+        (&["--size", "24x20"], "a render with --error, --time or --budget"),
     ];
     for (other, why) in cases {
         let refused = whitted(&bench.at("a.exr"), other).arg("--resume").assert().code(1);

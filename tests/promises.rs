@@ -9,7 +9,7 @@ use whitted::accuracy::promise::{BoundedImage, Request, Target};
 use whitted::accuracy::radiance_bound::{RadianceLimit, radiance_limit};
 use whitted::accuracy::sampling::Noise;
 use whitted::accuracy::truncation::hidden;
-use whitted::lab::calibrate::{Aim, BudgetTrial, Coverage, Sought, Truth, find};
+use whitted::lab::calibrate::{Aim, Coverage, Judgement, Reference, Shown, reference};
 use whitted::reference::oracle::Oracle;
 use whitted::render::{Quiet, Renderer, Survey};
 use whitted::scene::Scene;
@@ -32,10 +32,19 @@ fn known(r: &mut Renderer, scene: &Scene, settings: &Settings, target: Target) -
     r.render_bounded(scene, settings, &request).expect("an image")
 }
 
-fn truth(r: &mut Renderer, scene: &Scene, settings: &Settings, depth: Option<u32>, error: f64) -> Truth {
-    let sought = Sought { depth, standard_error: error, most_rays: 4e6 };
-    let found = find(r, scene, settings, &radiance_limit(scene), &sought, &mut Quiet);
+fn truth(r: &mut Renderer, scene: &Scene, settings: &Settings, depth: Option<u32>, error: f64) -> Reference {
+    let found = reference(r, scene, settings, depth, (error, 4e6), &mut Quiet);
     found.expect("a truth").expect("not cancelled")
+}
+
+/// The true error of an image, RMSE.
+fn error(truth: &Reference, image: &PixelSums) -> f64 {
+    truth.measure(&Shown::of(&image.linear())).error()
+}
+
+/// True unless the error is more than `bound`.
+fn holds(truth: &Reference, image: &PixelSums, bound: f64) -> bool {
+    truth.measure(&Shown::of(&image.linear())).judge(bound) != Judgement::Broken
 }
 
 #[test]
@@ -45,20 +54,18 @@ fn the_true_error_lies_within_the_budget() {
     for (name, scene) in scenes() {
         let settings = Settings { samples: 16, replicates: 4, ..sized(&scene, 32, 24) };
         let to_the_end = truth(&mut r, &scene, &settings, None, 1e-3);
-        let trials: Vec<BudgetTrial> = (1..=4)
-            .map(|seed| {
-                // Cut early, so that the truncation part has something to do.
-                let settings = Settings { seed, depth: 2, ..settings.clone() };
-                let image = known(&mut r, &scene, &settings, Target::Settings);
-                BudgetTrial::of(&image, seed, &to_the_end, &to_the_end)
-            })
-            .collect();
-        let share = Coverage::of(trials.iter().map(|t| t.kept()));
-        println!("{name}: {share}, truth {:.1e}, {:?}", to_the_end.info.standard_error, trials[0]);
-        kept = kept.plus(share);
-        // The planted defect: a budget that says nothing was cut.
-        let forgot = |t: &BudgetTrial| BudgetTrial { total: t.total - t.truncation, ..t.clone() };
-        without_cut = without_cut.plus(Coverage::of(trials.iter().map(|t| forgot(t).kept())));
+        for seed in 1..=4 {
+            // Cut early, so that the truncation part has something to do.
+            let settings = Settings { seed, depth: 2, ..settings.clone() };
+            let image = known(&mut r, &scene, &settings, Target::Settings);
+            let stated = image.report.error.clone().expect("a bound");
+            let inside = holds(&to_the_end, &image.samples, stated.total);
+            println!("{name}: {inside}, truth {:.1e}, {:.2e}", to_the_end.error(), stated.total);
+            kept = kept.plus(Coverage::of([inside]));
+            // The planted defect: a budget that says nothing was cut.
+            let forgot = stated.total - stated.truncation;
+            without_cut = without_cut.plus(Coverage::of([holds(&to_the_end, &image.samples, forgot)]));
+        }
     }
     let aim = Aim::at_least(CONFIDENCE);
     println!("{}; without truncation {}", aim.say(kept), aim.say(without_cut));
@@ -79,7 +86,7 @@ fn the_sampling_part_holds_as_often_as_it_says() {
     let (mut kept, mut halved) = (Coverage::default(), Coverage::default());
     for seed in 1..=40 {
         let image = gathered(&mut r, &scene, &Settings { seed, ..settings.clone() });
-        let error = same_depth.error(&image);
+        let error = error(&same_depth, &image);
         let noise = image.noise();
         // The planted defect: replicates of half the variance.
         let less = Noise {
@@ -92,7 +99,7 @@ fn the_sampling_part_holds_as_often_as_it_says() {
         kept = kept.plus(Coverage::of([error <= bound(&noise)]));
         halved = halved.plus(Coverage::of([error <= bound(&less)]));
     }
-    println!("{kept}; halved {halved}; truth {:?}", same_depth.info);
+    println!("{kept}; halved {halved}; truth {:.1e}", same_depth.error());
     let aim = Aim::of(CONFIDENCE);
     assert!(!aim.missed(kept), "{kept}");
     assert!(aim.missed(halved), "{halved}");
@@ -197,17 +204,16 @@ fn the_oracle_finds_the_same_truth_and_the_budget_holds_it() {
     let settings = Settings { depth: 6, ..sized(&scene, 24, 16) };
     let found = truth(&mut r, &scene, &settings, Some(6), 1e-3);
     let oracle = Oracle::new(&scene).render(&Settings { samples: 256, ..settings.clone() });
-    let pixels = oracle.linear.iter().map(|c| c.to_array()).collect();
-    // It samples as the truth does, which tells its own error.
-    let judge = Truth { pixels, info: found.info.clone() };
-    let image = gathered(&mut r, &scene, &Settings { samples: 64, replicates: 4, ..settings.clone() });
-    let apart = (judge.error(&image) - found.error(&image)).abs();
-    assert!(apart < 4.0 * found.info.standard_error, "{apart} {:?}", found.info);
+    let pixels: Vec<[f32; 3]> = oracle.linear.iter().map(|c| c.to_array().map(|x| x as f32)).collect();
+    // The noise of one sequence of 256 samples is no more than that of the truth's, which are shorter.
+    let judge = Reference { pixels: Shown::of(&pixels), ..found.clone() };
+    let apart = judge.pixels.distance(&found.pixels);
+    assert!(apart < 4.0 * found.error(), "{apart} {}", found.error());
     for seed in 1..=6 {
         let settings = Settings { samples: 16, replicates: 4, depth: 3, seed, ..settings.clone() };
         let image = known(&mut r, &scene, &settings, Target::Settings);
-        let trial = BudgetTrial::of(&image, seed, &judge, &judge);
-        assert!(trial.kept(), "{trial:?}");
+        let stated = image.report.error.clone().expect("a bound");
+        assert!(holds(&judge, &image.samples, stated.total), "{stated:?}");
     }
 }
 
@@ -224,7 +230,7 @@ fn errors_asked_for_are_kept() {
             let image = known(&mut r, &scene, &Settings { seed, ..settings.clone() }, Target::Error(target));
             let asked = &image.report.asked;
             assert_eq!(asked.met, Some(true), "{name}: {:?}", asked.unmet_why);
-            let error = to_the_end.error(&image.samples);
+            let error = error(&to_the_end, &image.samples);
             println!("{name} {seed}: {error:.2e} of {target}, {:?}", image.report.settings);
             kept = kept.plus(Coverage::of([error <= target]));
             of_a_quarter = of_a_quarter.plus(Coverage::of([error <= target / 4.0]));

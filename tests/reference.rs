@@ -81,7 +81,7 @@ fn an_interrupted_one_keeps_what_is_done() {
     let mut stop = StopAfter(9);
     let mut convergence = Convergence::new(&reference, &mut stop);
     let part = renderer.render_with(&scene, &settings, &mut convergence).unwrap();
-    assert!(part.done > 0.0 && part.done < 1.0 && part.unfinished.is_none(), "{}", part.done);
+    assert!(part.done > 0.0 && part.done < 1.0 && part.state.is_some(), "{}", part.done);
     assert!(part.linear.iter().all(|pixel| pixel.iter().sum::<f32>() > 0.0), "every pixel has a sample");
     assert!(!convergence.into_points().is_empty());
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 use whitted::scene::procedural::{self, Shape, displaced_sphere, rotated_cube};
-use whitted::scene::{Fresnel, Scene, SceneError};
+use whitted::scene::{Fresnel, ReadOptions, Scene, SceneError};
 
 const CAMERA: &str = "[camera]\nlook_from = [0, 5, 14]\nlook_at = [0, 5, 0]\n";
 
@@ -136,11 +136,11 @@ fn mistakes_below_a_camera() {
         (polygon("[[0, 0, 0], [1, 0, 0], [2, 0, 0]]"), 7, 12, "polygon 1", "without area"),
         (polygon("[[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0]]"), 7, 12, "polygon 1", "not planar"),
         (
-            polygon("[[0, 0, 0], [2, 0, 0], [0.5, 0.5, 0], [0, 2, 0]]"),
+            polygon("[[0, 0, 0], [4, 4, 0], [4, 0, 0], [1, 3, 0]]"),
             7,
             12,
             "polygon 1",
-            "not convex at corner 3",
+            "the side from corner 1 meets the side from corner 3",
         ),
         (polygon("[[0, 0, 0], [1, 0], [0, 1, 0]]"), 7, 24, "polygon 1", "2 numbers"),
         (
@@ -222,13 +222,14 @@ fn mistakes_in_a_mesh_name_the_meshes_file() {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
     std::fs::write(folder.path().join("m.mtl"), "newmtl red\n").unwrap();
+    let strict = ReadOptions { strict: true, ..ReadOptions::default() };
     for (obj, line, column, part) in [
         ("v 0 0 0\r\nv 1 0 0\r\nf 1 2 3\r\n", 3, 1, "without a material"),
         ("mtllib m.mtl\nusemtl rde\n", 2, 8, "did you mean `red`?"),
         ("mtllib m.mtl\nv 0 0 0\nusemtl red\nf 1 1 4\n", 4, 7, "vertex 4 of 1"),
     ] {
         std::fs::write(folder.path().join("m.obj"), obj).unwrap();
-        let error = Scene::load(&path).unwrap_err();
+        let error = Scene::load_with(&path, &strict).unwrap_err();
         assert_eq!(error.file, folder.path().join("m.obj"));
         assert_eq!(
             (error.line, error.column, error.object.as_str()),
@@ -237,6 +238,64 @@ fn mistakes_in_a_mesh_name_the_meshes_file() {
         );
         assert!(error.message.contains(part), "{error}");
     }
+}
+
+#[test]
+fn meshes_are_put_in_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(folder.path().join("m.obj"), "o a\nv 1 2 3\nv 2 2 3\nv 1 3 3\nf 1 2 3\no b\nf 3 1 2\n")
+        .unwrap();
+    let load = |keys: &str| {
+        std::fs::write(&path, format!("{CAMERA}[[mesh]]\nfile = \"m.obj\"\n{keys}\n")).unwrap();
+        Scene::load(&path)
+    };
+    let first = |keys: &str| load(keys).unwrap().meshes[0].vertices[0];
+    let matrix = "matrix = [[0, -1, 0, 10], [1, 0, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]]";
+    assert_eq!(first(matrix), DVec3::new(8.0, 21.0, 36.0));
+    // The matrix first, then scale, rotate and translate.
+    let all = format!("{matrix}\nscale = [1, -2, 3]\nrotate = [0, 0, 90]\ntranslate = [0.5, 0, 0]");
+    assert_eq!(first(&all), DVec3::new(42.5, 8.0, 108.0));
+    assert_eq!(first("scale = -2"), DVec3::new(-2.0, -4.0, -6.0));
+    assert_eq!(first("scale = [2, 2, 2]"), first("scale = 2"));
+    // A mirror turns the order of corners, so that the outside stays outside.
+    assert_eq!(load("scale = [-1, 1, 1]").unwrap().meshes[0].faces[0].vertices, [0, 2, 1]);
+    assert_eq!(load("scale = [-1, -1, 1]").unwrap().meshes[0].faces[0].vertices, [0, 1, 2]);
+    let part = load("node = \"b\"").unwrap();
+    assert_eq!(part.meshes[0].faces.iter().map(|f| f.vertices).collect::<Vec<_>>(), [[2, 0, 1]]);
+    for (keys, part) in [
+        ("scale = [1, 0, 1]", "`scale` is 0"),
+        ("matrix = [[1, 0, 0, 0]]", "has 1 rows"),
+        ("matrix = [[1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]", "3 numbers"),
+        ("matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]", "no affine one"),
+        ("matrix = [[1, 2, 3, 0], [2, 4, 6, 0], [0, 0, 1, 0], [0, 0, 0, 1]]", "made flat"),
+        ("node = \"c\"", "no object or group `c`"),
+    ] {
+        let error = load(keys).unwrap_err();
+        assert!(error.message.contains(part), "{error}");
+    }
+}
+
+#[test]
+fn polygons_with_dents_and_holes() {
+    let polygon = |vertices: &str| {
+        parse(&format!(
+            "{CAMERA}[material.m]\ndiffuse = [1, 1, 1]\n[[polygon]]\nvertices = {vertices}\nmaterial = \"m\"\n"
+        ))
+    };
+    let area = |scene: &Scene| {
+        scene.polygons[0]
+            .triangles()
+            .map(|[a, b, c]| (b - a).cross(c - a).dot(scene.polygons[0].normal) / 2.0)
+            .sum::<f64>()
+    };
+    let dent = polygon("[[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0]]").unwrap();
+    assert_eq!((area(&dent), dent.triangle_count()), (1.5, 2));
+    let hole = "[[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0], [1, 1, 0], [1, 3, 0], [3, 3, 0], [3, 1, 0], [1, 1, 0]]";
+    let hole = polygon(hole).unwrap();
+    assert_eq!((area(&hole), hole.triangle_count(), hole.notes.is_empty()), (12.0, 8, true));
+    let closed = polygon("[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0]]").unwrap();
+    assert_eq!((area(&closed), closed.notes.iter().count()), (0.5, 1));
 }
 
 #[derive(Parser)]

@@ -34,6 +34,10 @@ const LEAST_PILOT: u32 = 2;
 /// Share of the squared target that may be unseen after the pilot.
 const PILOT_UNSEEN: f64 = 0.5;
 
+/// Samples for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
+/// refused, and the image gets what the rest of its error asks for.
+const PRICE: f64 = 4096.0;
+
 /// A class joins a step that another leads if it gains at least this much as much per ray: the leader's own
 /// next doubling would gain `DOUBLED / 2`.
 const JOINS: f64 = 0.3;
@@ -134,6 +138,8 @@ pub struct Allocation {
     piloted: usize,
     /// What is left of a step that was cut short.
     open: Option<Step>,
+    /// True if what no sample met is not worth its price: it is then left out of all choices.
+    refused: bool,
     /// What each pixel may hold unseen.
     #[serde(skip)]
     caps: Caps,
@@ -156,7 +162,7 @@ impl Present {
         let (noise, unseen) = (allocation.noise(), allocation.unseen());
         let confidence = allocation.goal.confidence;
         let (_, factor) = noise.factor(allocation.gathered.replicates, confidence);
-        let hidden = unseen.squares(confidence);
+        let hidden = if allocation.refused { 0.0 } else { unseen.squares(confidence) };
         Present { noise, factor, hidden, squares: joined(noise.variance(), factor, hidden), unseen }
     }
 }
@@ -176,7 +182,17 @@ impl Allocation {
     /// Nothing traced yet.
     pub fn new(width: u32, height: u32, replicates: usize, goal: Goal, caps: Caps) -> Allocation {
         let gathered = PixelSums::new(width, height, replicates);
-        Allocation { height, goal, gathered, classes: Vec::new(), round: 0, piloted: 0, open: None, caps }
+        Allocation {
+            height,
+            goal,
+            gathered,
+            classes: Vec::new(),
+            round: 0,
+            piloted: 0,
+            open: None,
+            refused: false,
+            caps,
+        }
     }
 
     /// What is asked for.
@@ -209,7 +225,20 @@ impl Allocation {
             && gathered.replicates == self.gathered.replicates
             && gathered.samples.len() as u64 == u64::from(gathered.width) * u64::from(self.height);
         self.gathered = gathered;
-        fits
+        fits && self.is_sound()
+    }
+
+    /// True if all pixels and classes that are named are there: what was read from a file need not be so.
+    fn is_sound(&self) -> bool {
+        let all = self.gathered.samples.len();
+        let within = |pixels: &[u32]| pixels.iter().all(|p| (*p as usize) < all);
+        let class = |c: &Class| within(&c.pixels) && c.ahead <= c.pixels.len() && c.samples > 0;
+        let step = |s: &Step| {
+            let parts = s.parts.iter().all(|(class, _)| *class < self.classes.len());
+            within(&s.pixels) && parts && s.samples.start < s.samples.end
+        };
+        let numbers = self.piloted <= all && self.round <= 1 << 30 && self.goal.first > 0;
+        numbers && self.classes.iter().all(class) && self.open.iter().all(step)
     }
 
     /// True while a step that was cut short waits to be completed.
@@ -238,7 +267,11 @@ impl Allocation {
 
     /// Whether there is more to do.
     pub fn outcome(&self) -> Outcome {
-        match self.bound() {
+        let seen = |bound: SamplingBound| match self.refused {
+            true => self.noise().bound(self.gathered.replicates, self.goal.confidence, 0.0),
+            false => bound,
+        };
+        match self.bound().map(seen) {
             Some(b) if self.goal.target.is_some_and(|target| b.bound <= target) => Outcome::Reached,
             Some(_) if !self.classes.iter().any(|c| self.can_double(c)) => Outcome::Capped,
             _ => Outcome::Unfinished,
@@ -394,7 +427,13 @@ impl Allocation {
             unseen = unseen.with_doubled(&c.unseen[1]);
             fall += c.noise[1].squares * (1.0 - c.doubled);
         }
-        joined(variance - share * fall, present.factor, unseen.squares(self.goal.confidence))
+        let hidden = if self.refused { 0.0 } else { unseen.squares(self.goal.confidence) };
+        joined(variance - share * fall, present.factor, hidden)
+    }
+
+    /// True if the promise was refused for what no sample met.
+    pub fn is_refused(&self) -> bool {
+        self.refused
     }
 
     fn can_double(&self, class: &Class) -> bool {
@@ -423,6 +462,9 @@ impl Allocation {
     /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
     /// weighs most: all of the fewest samples, or those of them that may hold something bright.
     fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
+        if self.refused {
+            return None;
+        }
         let mut best: Option<(f64, Vec<usize>)> = None;
         for bright in [true, false] {
             let able = || candidates.iter().filter(|c| !bright || self.classes[c.class].is_bright());
@@ -438,6 +480,27 @@ impl Allocation {
         }
         let alone = candidates.first().map_or(0.0, |c| c.drop / c.cost);
         best.filter(|(gain, _)| *gain > alone).map(|(_, classes)| classes)
+    }
+
+    /// True if samples that exclude enough of what is brighter than white cost more than [`PRICE`].
+    fn is_too_dear(&self) -> bool {
+        let Some(target) = self.goal.target else { return false };
+        let pixels = self.gathered.samples.len() as f64;
+        let bright: Vec<&Class> = self.classes.iter().filter(|c| c.is_bright()).collect();
+        if bright.is_empty() {
+            return false;
+        }
+        let unseen = self.unseen();
+        let mut samples = self.goal.pilot;
+        while unseen.raised(samples).squares(self.goal.confidence) > target * target * pixels {
+            if samples > self.goal.most / 2 {
+                return true;
+            }
+            samples *= 2;
+        }
+        let (all, some) =
+            (self.rays() as f64, bright.iter().map(|c| c.rays * c.pixels.len() as f64).sum::<f64>());
+        some * f64::from(samples) > PRICE * all / f64::from(self.goal.pilot)
     }
 
     /// Sorts the pixels into classes by their neighbours.
@@ -478,6 +541,7 @@ impl Allocation {
                 class
             })
             .collect();
+        self.refused = self.is_too_dear();
     }
 
     /// What the neighbours of pixel `p` say of it: whether they are of one path tree (0), of several

@@ -169,10 +169,11 @@ fn bunches(scene: &Scene) -> Vec<Bunch> {
         let bounds = triangles.iter().flatten().fold(Bounds::EMPTY, |b, p| b.with(*p));
         Bunch { bounds, triangles, material, object }
     };
-    let polygons = scene.polygons.iter().enumerate().map(|(i, p)| {
-        let fan = p.vertices[1..].windows(2).map(|edge| [p.vertices[0], edge[0], edge[1]]);
-        bunch(fan.collect(), p.material, Object::Polygon(i))
-    });
+    let polygons = scene
+        .polygons
+        .iter()
+        .enumerate()
+        .map(|(i, p)| bunch(p.triangles().collect(), p.material, Object::Polygon(i)));
     let meshes = scene.meshes.par_iter().enumerate().flat_map(|(i, mesh)| {
         mesh.faces.par_chunks(BUNCH).flat_map_iter(move |faces| {
             faces.chunk_by(|a, b| a.material == b.material).map(move |same| {
@@ -283,7 +284,7 @@ mod tests {
         for material in 0..3 {
             let corners: Vec<DVec3> = (0..3).map(|_| vector(state) * 2.0).collect();
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-            scene.polygons.push(crate::scene::Polygon { vertices: corners, normal, material });
+            scene.polygons.push(crate::scene::Polygon::fan(corners, normal, material));
             let radius = 0.3 + random(state);
             scene.spheres.push(crate::scene::Sphere { center: vector(state) * 2.0, radius, material });
         }

@@ -184,9 +184,24 @@ impl Unseen {
         }
     }
 
+    /// As many times as many pixels of each kind.
+    pub fn times(mut self, times: u64) -> Unseen {
+        self.pixels.values_mut().for_each(|count| *count *= times);
+        self
+    }
+
     /// True if something brighter than white may be unseen.
     pub fn is_bright(&self) -> bool {
         self.pixels.keys().any(|(_, radiance, _)| f32::from_bits(*radiance) > 1.0)
+    }
+
+    /// The same with at least `least` samples in every pixel.
+    pub fn raised(&self, least: u32) -> Unseen {
+        let mut pixels = BTreeMap::new();
+        for (&(samples, radiance, area), &count) in &self.pixels {
+            *pixels.entry((samples.max(least), radiance, area)).or_default() += count;
+        }
+        Unseen { pixels }
     }
 
     /// The same with twice the samples in the pixels of `part`, which are some of these.
@@ -326,6 +341,12 @@ mod tests {
         let part = of(&[(4, Cap::WHITE, 3), (8, Cap::WHITE, 2)]);
         let whole = of(&[(4, Cap::WHITE, 3), (8, Cap::WHITE, 5)]);
         assert_eq!(whole.with_doubled(&part), of(&[(8, Cap::WHITE, 6), (16, Cap::WHITE, 2)]));
+    }
+
+    #[test]
+    fn raised_pixels_have_at_least_so_many_samples() {
+        let few = of(&[(4, Cap::WHITE, 3), (64, Cap::WHITE, 2)]);
+        assert_eq!(few.raised(16), of(&[(16, Cap::WHITE, 3), (64, Cap::WHITE, 2)]));
     }
 
     /// What mirrors may show counts up to what was seen.

@@ -41,7 +41,7 @@ impl Code {
         (Code::DeviceLost, "the device was lost"),
         (
             Code::AboveThreshold,
-            "compare: the difference is above --threshold, or significant; or a picture of a folder has no partner",
+            "compare: the difference is above --threshold, or significant; or a picture of a folder has no partner. verify: the picture is another one",
         ),
         (
             Code::Unmet,
@@ -76,6 +76,18 @@ pub enum Failure {
     /// Stopped by Ctrl-C; says what was saved.
     #[error("{0}")]
     Interrupted(String),
+    /// Frames of a batch failed; each was reported when it did.
+    #[error("{failed} of {of} frames failed, frame {frame} first")]
+    Frames {
+        /// Number of frames that failed.
+        failed: usize,
+        /// Number of frames.
+        of: usize,
+        /// The first that failed.
+        frame: u32,
+        /// What it failed with.
+        code: Code,
+    },
     /// Anything else.
     #[error(transparent)]
     Other(#[from] anyhow::Error),
@@ -104,7 +116,8 @@ impl Failure {
             Failure::AboveThreshold(_) => Code::AboveThreshold,
             Failure::Unmet(_) => Code::Unmet,
             Failure::Unsound(_) => Code::Unsound,
-            Failure::Interrupted(_) => Code::Interrupted,
+            Failure::Interrupted(_) | Failure::Render(RenderError::Interrupted(_)) => Code::Interrupted,
+            Failure::Frames { code, .. } => *code,
             Failure::Render(
                 RenderError::OutOfMemory(_)
                 | RenderError::DoesNotFit(_)
@@ -125,7 +138,7 @@ impl Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::PlanError;
+    use crate::plan::{PlanError, Shortage};
     use crate::scene::Scene;
     use crate::vk::VkError;
     use ash::vk;
@@ -135,13 +148,15 @@ mod tests {
         let text = String::from("x");
         let render = |error: VkError| Failure::from(RenderError::from(error));
         let call = VkError::Call { call: "vkX", object: text.clone(), result: vk::Result::NOT_READY };
+        let shortage = Shortage { buffer: None, bytes: 2, limit: 1 };
         let cases = [
             (Failure::Other(anyhow::anyhow!("x")), 1),
             (render(call), 1),
-            (RenderError::from(PlanError::TooManyToTry { primitives: 2, limit: 1 }).into(), 1),
+            (RenderError::from(PlanError::RayTooLarge { shortage }).into(), 1),
             (Failure::Usage(text.clone()), 2),
             (Scene::load("none.toml").unwrap_err().into(), 3),
             (render(VkError::NoDevice(text.clone())), 4),
+            (render(VkError::Interrupted { at: text.clone() }), 130),
             (RenderError::NoDouble { device: text.clone() }.into(), 4),
             (render(VkError::Lost { pass: text.clone() }), 5),
             (Failure::AboveThreshold(text.clone()), 6),

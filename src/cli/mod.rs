@@ -5,5 +5,8 @@ pub mod commands;
 pub mod console;
 mod delivery;
 pub mod failure;
+mod files;
 pub(crate) mod progress;
+mod read;
 mod state;
+pub mod threads;

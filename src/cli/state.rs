@@ -1,24 +1,53 @@
-//! The state file next to an image, `OUT.partial`: the finished part of an interrupted render.
+//! The state files next to an image: `OUT.partial`, of a render on its way, and `OUT.state`, of a finished one.
 
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::{Payload, RenderError, ResumeState};
+use crate::render::{ImageSoFar, Observer, Payload, RenderError, ResumeState, State, Sums};
 use crate::report::Report;
 use anyhow::{Context, anyhow};
+use std::fmt::Display;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-/// Path of a state file, which need not exist.
-pub(super) struct StateFile(PathBuf);
+/// Share of the time that writing states may take.
+const WRITING: f64 = 0.05;
+
+/// Reads a state of any kind of render.
+fn read<P: Payload>(path: &Path) -> io::Result<ResumeState<P>> {
+    File::open(path).and_then(|file| ResumeState::read(&mut BufReader::new(file)))
+}
+
+/// A state file, which need not exist.
+pub(super) struct StateFile {
+    /// Where `--resume` looks: `OUT.partial`.
+    path: PathBuf,
+    /// Where this render writes: `path`, or beside it if that holds an unfinished render that this one does not
+    /// continue.
+    to: PathBuf,
+}
 
 impl StateFile {
-    /// The state file of an image file.
-    pub(super) fn of(image: &Path) -> StateFile {
-        let mut name = image.as_os_str().to_owned();
-        name.push(".partial");
-        StateFile(name.into())
+    /// The state file of an image file, for a render that continues what is there or starts anew.
+    pub(super) fn of(image: &Path, resume: bool) -> StateFile {
+        let path = named(image, ".partial");
+        let to = match resume || !exists(&path) {
+            true => path.clone(),
+            false => free(image),
+        };
+        StateFile { path, to }
+    }
+
+    /// The file that this render may write.
+    pub(super) fn to(&self) -> &Path {
+        &self.to
+    }
+
+    /// True if there is an unfinished render.
+    pub(super) fn exists(&self) -> bool {
+        exists(&self.path)
     }
 
     /// The stored state if `resume` is set; otherwise only warns if there is one.
@@ -27,12 +56,9 @@ impl StateFile {
         resume: bool,
         console: &mut Console,
     ) -> Result<Option<ResumeState<P>>, Failure> {
-        let name = self.0.display();
-        match (self.0.exists(), resume) {
-            (true, true) => {
-                let read = File::open(&self.0).and_then(|mut file| ResumeState::read(&mut file));
-                Ok(Some(read.map_err(|error| self.refuse(&error))?))
-            }
+        let name = self.path.display();
+        match (exists(&self.path), resume) {
+            (true, true) => Ok(Some(read(&self.path).map_err(|error| self.refuse(&error))?)),
             (true, false) => {
                 console.say(&format!(
                     "warning: {name} holds an unfinished render; --resume continues it, this render leaves it as it is"
@@ -55,10 +81,10 @@ impl StateFile {
         }
     }
 
-    fn refuse(&self, why: &dyn std::fmt::Display) -> Failure {
+    fn refuse(&self, why: &dyn Display) -> Failure {
         Failure::Other(anyhow!(
             "cannot continue {}: {why}; restore what differs, or leave out --resume to start from the beginning",
-            self.0.display()
+            self.path.display()
         ))
     }
 
@@ -69,19 +95,173 @@ impl StateFile {
         report: &Report,
     ) -> Result<String, Failure> {
         state.time = report.time.clone();
-        let name = self.0.display();
-        atomic_file::write(&self.0, |out| state.write(out))
-            .with_context(|| format!("cannot write {name}"))?;
-        Ok(format!("continue with --resume (state in {name})"))
+        let name = self.to.display();
+        self.write(&state).with_context(|| format!("cannot write {name}"))?;
+        Ok(match self.to == self.path {
+            true => format!("continue with --resume (state in {name})"),
+            false => format!(
+                "the state is in {name}: rename it to {} to continue it with --resume",
+                self.path.display()
+            ),
+        })
     }
 
-    /// Removes it once the image is whole.
+    fn write(&self, state: &dyn State) -> io::Result<()> {
+        atomic_file::write(&self.to, |out| state.write(out))
+    }
+
+    /// Removes what this render wrote or continued, once the image is whole.
     pub(super) fn remove(&self) -> Result<(), Failure> {
-        match fs::remove_file(&self.0) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(anyhow!("cannot remove {}: {error}", self.0.display()).into())
-            }
-            _ => Ok(()),
+        remove(&self.to)
+    }
+}
+
+/// The path of an image with `end` appended to its name.
+fn named(image: &Path, end: &str) -> PathBuf {
+    let mut name = image.as_os_str().to_owned();
+    name.push(end);
+    name.into()
+}
+
+/// The first of `IMAGE.partial.2`, `IMAGE.partial.3` and so on that does not exist.
+fn free(image: &Path) -> PathBuf {
+    let mut number = 2u64;
+    loop {
+        let path = named(image, &format!(".partial.{number}"));
+        if !exists(&path) {
+            return path;
         }
+        number += 1;
+    }
+}
+
+/// A link that leads nowhere is there as well.
+fn exists(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+/// Removes a file that may be missing.
+pub(super) fn remove(path: &Path) -> Result<(), Failure> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(anyhow!("cannot remove {}: {error}", path.display()).into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// An observer that writes the state of long work every few seconds: whatever ends the process, no more is lost.
+pub(super) struct Keeper<'a> {
+    observer: &'a mut dyn Observer,
+    file: Option<&'a StateFile>,
+    every: Duration,
+    due: Instant,
+    failed: bool,
+}
+
+impl<'a> Keeper<'a> {
+    /// Writes to `file` every `seconds`; not at all if there is no file, or `seconds` is 0.
+    pub(super) fn new(
+        observer: &'a mut dyn Observer,
+        file: Option<&'a StateFile>,
+        seconds: f64,
+    ) -> Keeper<'a> {
+        let file = file.filter(|_| seconds > 0.0);
+        let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        Keeper { observer, file, every, due: after(every), failed: false }
+    }
+}
+
+/// A time in the future, however far.
+fn after(time: Duration) -> Instant {
+    let now = Instant::now();
+    now.checked_add(time).unwrap_or(now + Duration::from_secs(1 << 30))
+}
+
+impl Observer for Keeper<'_> {
+    fn progress(&mut self, done: u64, total: u64) {
+        self.observer.progress(done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
+
+    fn watches(&self) -> bool {
+        self.observer.watches()
+    }
+
+    fn image(&mut self, so_far: &ImageSoFar<'_>) {
+        self.observer.image(so_far);
+    }
+
+    fn wants_state(&self) -> bool {
+        self.file.is_some() && Instant::now() >= self.due
+    }
+
+    fn keep(&mut self, state: &dyn State) {
+        let Some(file) = self.file else { return };
+        let start = Instant::now();
+        if let Err(error) = file.write(state)
+            && !self.failed
+        {
+            self.failed = true;
+            // The render may yet be finished. A closed standard error must not end it either.
+            let name = file.to.display();
+            let _ = writeln!(io::stderr(), "warning: the state cannot be kept in {name}: {error}");
+        }
+        self.due = after(self.every.max(start.elapsed().div_f64(WRITING)));
+    }
+}
+
+/// The state of a finished image: `OUT.state`, or a share, which is its own.
+pub(super) struct KeptState(PathBuf);
+
+impl KeptState {
+    /// `OUT.state` of an image.
+    pub(super) fn of(image: &Path) -> KeptState {
+        KeptState(named(image, ".state"))
+    }
+
+    /// A share.
+    pub(super) fn share(path: &Path) -> KeptState {
+        KeptState(path.to_owned())
+    }
+
+    /// Its path.
+    pub(super) fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Reads it.
+    pub(super) fn read(&self) -> Result<ResumeState<Sums>, Failure> {
+        read(&self.0).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Failure::Other(anyhow!(
+                "there is no {}: {}",
+                self.0.display(),
+                match self.0.extension().is_some_and(|e| e == "share") {
+                    true => "render it with --share",
+                    false => "a render with --keep-state writes it, and --continue adds samples to it",
+                }
+            )),
+            _ => Failure::Other(anyhow!("cannot read {}: {error}", self.0.display())),
+        })
+    }
+
+    /// A render's error, with a remedy if this file is the cause.
+    pub(super) fn explain(&self, error: RenderError) -> Failure {
+        match error {
+            RenderError::Mismatch(why) => Failure::Other(anyhow!(
+                "cannot add samples to {}: {why}; restore what differs, or leave out --continue to start from the beginning",
+                self.0.display()
+            )),
+            other => other.into(),
+        }
+    }
+
+    /// Writes it, whole or not at all.
+    pub(super) fn write(&self, state: &dyn State) -> Result<(), Failure> {
+        Ok(atomic_file::write(&self.0, |out| state.write(out))
+            .with_context(|| format!("cannot write {}", self.0.display()))?)
     }
 }

@@ -16,7 +16,8 @@ fn sane(x: f32) -> f32 {
     if x >= SMALLEST { x.min(LARGEST) } else { 0.0 }
 }
 
-/// What a reader finds of a pixel: mantissas of 8 bits, cut off, and the exponent of the greatest channel.
+/// What a reader finds of a pixel: mantissas of 8 bits, rounded to nearest (halves up), and the exponent of the
+/// greatest channel.
 pub(super) fn stored(pixel: [f32; 3]) -> [f32; 3] {
     let pixel = pixel.map(sane);
     let most = pixel.iter().fold(0.0, |m: f32, x| m.max(*x));
@@ -24,11 +25,15 @@ pub(super) fn stored(pixel: [f32; 3]) -> [f32; 3] {
         return [0.0; 3];
     }
     let step = f64::exp2(f64::from(most).log2().floor() + 1.0 - 8.0);
-    pixel.map(|x| ((f64::from(x) / step).floor() * step) as f32)
+    let nearest = |x: f32, step: f64| (f64::from(x) / step + 0.5).floor();
+    // A mantissa of 256 takes the next exponent.
+    let step = if nearest(most, step) < 256.0 { step } else { 2.0 * step };
+    pixel.map(|x| (nearest(x, step) * step) as f32)
 }
 
 pub(super) fn encode(view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
-    let pixels: Vec<Rgb<f32>> = view.linear.iter().map(|p| Rgb(p.map(sane))).collect();
+    // The encoder cuts mantissas off: of rounded ones nothing is left to cut.
+    let pixels: Vec<Rgb<f32>> = view.linear.iter().map(|p| Rgb(stored(*p))).collect();
     let mut bytes = Vec::new();
     HdrEncoder::new(&mut bytes).encode(&pixels, view.width as usize, view.height as usize).map_err(
         |error| match error {

@@ -4,14 +4,44 @@
 use crate::report::{ErrorInfo, Report};
 use crate::units::{figure, number, seconds};
 
-/// Keywords and texts, in file order.
+/// Keywords and texts, in file order; and where the image lies in a larger one, if it is a crop.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Metadata(Vec<(String, String)>);
+pub struct Metadata(Vec<(String, String)>, Option<Window>);
+
+/// A part of a larger image, in its pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Column and row of the part's first pixel.
+    pub at: [u32; 2],
+    /// Width and height of the part.
+    pub size: [u32; 2],
+    /// Width and height of the larger image.
+    pub full: [u32; 2],
+}
+
+impl Window {
+    /// True if all of the part lies inside the larger image.
+    pub fn is_inside(&self) -> bool {
+        (0..2).all(|i| self.at[i].checked_add(self.size[i]).is_some_and(|end| end <= self.full[i]))
+    }
+
+    /// The part of a larger image, rows from the top.
+    pub fn cut<T: Copy>(&self, pixels: &[T]) -> Vec<T> {
+        let Window { at: [x, y], size: [width, height], full: [stride, _] } = *self;
+        let first = |row: u32| row as usize * stride as usize + x as usize;
+        (y..y + height).flat_map(|row| &pixels[first(row)..first(row) + width as usize]).copied().collect()
+    }
+}
 
 impl Metadata {
     /// From keywords (1 to 79 Latin letters) and texts.
     pub fn new<'a>(pairs: impl IntoIterator<Item = (&'a str, &'a str)>) -> Metadata {
-        Metadata(pairs.into_iter().map(|(k, v)| (k.to_owned(), v.to_owned())).collect())
+        Metadata(pairs.into_iter().map(|(k, v)| (k.to_owned(), v.to_owned())).collect(), None)
+    }
+
+    /// Where the image lies in a larger one.
+    pub(super) fn window(&self) -> Option<Window> {
+        self.1
     }
 
     /// Version, scene, settings, seed, device, driver, rays and error statement of a render, of which the share `done`
@@ -31,6 +61,12 @@ impl Metadata {
         if let Some([x0, y0, x1, y1]) = settings.crop {
             about += &format!(", crop {x0},{y0},{x1},{y1}");
         }
+        if settings.cutoff > 0.0 {
+            about += &format!(", cutoff {}", settings.cutoff);
+        }
+        if settings.replicates > 1 {
+            about += &format!(", replicates {}", settings.replicates);
+        }
         if done < 1.0 && report.asked.time.is_some() {
             about += &format!(", only {:.1} % of the pixels traced", 100.0 * done);
         } else if done < 1.0 {
@@ -44,6 +80,15 @@ impl Metadata {
             ("Device", &device.name),
             ("Driver", &format!("{}, Vulkan {}", device.driver, device.api)),
         ]);
+        if !scene.variables.is_empty() {
+            // A list of strings has a JSON text.
+            metadata.add("Variables", serde_json::to_string(&scene.variables).unwrap_or_default());
+        }
+        metadata.1 = settings.crop.map(|[x0, y0, x1, y1]| Window {
+            at: [x0, y0],
+            size: [x1.saturating_sub(x0), y1.saturating_sub(y0)],
+            full: [settings.width, settings.height],
+        });
         let rays = &report.rays;
         metadata.add(
             "Rays",

@@ -1,19 +1,23 @@
-//! Images: from linear `f32` RGB to PNG, EXR or Radiance HDR and back, and numbers as colours.
+//! Images: from linear `f32` RGB to PNG, EXR, Radiance HDR, PPM or PFM and back, and numbers as colours.
 
 pub(crate) mod canvas;
 mod exr;
 mod hdr;
 pub mod heat;
 mod metadata;
+mod pfm;
 mod png;
+mod ppm;
 mod read;
+mod read_metadata;
 mod save;
 mod srgb;
 pub(crate) mod text;
 
-pub use metadata::Metadata;
+pub use metadata::{Metadata, Window};
 pub use png::png8;
-pub use read::{Picture, ReadError};
+pub use read::{Picture, ReadError, is_picture};
+pub use read_metadata::read_metadata;
 pub use save::SaveError;
 pub(crate) use save::save;
 pub use srgb::{code8, code16, linear8, linear16};
@@ -42,9 +46,13 @@ pub enum Format {
     Exr,
     /// Radiance RGBE, linear, negative values as 0; metadata as header comments.
     Hdr,
+    /// Binary Netpbm of sRGB codes, clamped to [0, 1]; metadata as comments.
+    Ppm(Bits),
+    /// Linear `f32`, unclamped, without metadata.
+    Pfm,
 }
 
-/// Bits per channel of a PNG.
+/// Bits per channel of a PNG or PPM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bits {
     /// 8 bits.
@@ -56,15 +64,26 @@ pub enum Bits {
 
 impl Format {
     /// The extensions [`Format::of`] knows.
-    pub const EXTENSIONS: &str = ".png, .exr or .hdr";
+    pub const EXTENSIONS: &str = ".png, .exr, .hdr, .ppm or .pfm";
 
-    /// The format a path's extension asks for, case ignored; PNG in 8 bits unless changed.
+    /// The format a path's extension asks for, case ignored; PNG and PPM in 8 bits unless changed.
     pub fn of(path: &Path) -> Option<Format> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "png" => Some(Format::Png(Bits::default())),
             "exr" => Some(Format::Exr),
             "hdr" => Some(Format::Hdr),
+            "ppm" => Some(Format::Ppm(Bits::default())),
+            "pfm" => Some(Format::Pfm),
             _ => None,
+        }
+    }
+
+    /// The same format with `bits` per channel, if it holds codes.
+    pub fn with_bits(self, bits: Bits) -> Option<Format> {
+        match self {
+            Format::Png(_) => Some(Format::Png(bits)),
+            Format::Ppm(_) => Some(Format::Ppm(bits)),
+            Format::Exr | Format::Hdr | Format::Pfm => None,
         }
     }
 
@@ -81,6 +100,18 @@ impl Format {
             Format::Png(bits) => png::encode(view, bits, metadata, out),
             Format::Exr => exr::encode(view, channels, metadata, out),
             Format::Hdr => hdr::encode(view, metadata, out),
+            Format::Ppm(bits) => ppm::encode(view, bits, metadata, out),
+            Format::Pfm => pfm::encode(view, out),
+        }
+    }
+
+    /// What a reader finds in the file of a pixel: linear RGB.
+    pub fn stored(self, pixel: [f32; 3]) -> [f32; 3] {
+        match self {
+            Format::Png(Bits::Eight) | Format::Ppm(Bits::Eight) => pixel.map(|x| linear8(code8(x))),
+            Format::Png(Bits::Sixteen) | Format::Ppm(Bits::Sixteen) => pixel.map(|x| linear16(code16(x))),
+            Format::Exr | Format::Pfm => pixel,
+            Format::Hdr => hdr::stored(pixel),
         }
     }
 
@@ -95,10 +126,8 @@ impl Format {
             (sum / (3 * view.linear.len().max(1)) as f64).sqrt()
         };
         match self {
-            Format::Png(Bits::Eight) => of(&|p| p.map(|x| linear8(code8(x)))),
-            Format::Png(Bits::Sixteen) => of(&|p| p.map(|x| linear16(code16(x)))),
-            Format::Exr => 0.0,
-            Format::Hdr => of(&hdr::stored),
+            Format::Exr | Format::Pfm => 0.0,
+            _ => of(&|p| self.stored(p)),
         }
     }
 
@@ -149,6 +178,8 @@ mod tests {
         assert_eq!(Format::of(Path::new("a/b.PNG")), Some(Format::Png(Bits::Eight)));
         assert_eq!(Format::of(Path::new("b.exr")), Some(Format::Exr));
         assert_eq!(Format::of(Path::new("b.hdr")), Some(Format::Hdr));
+        assert_eq!(Format::of(Path::new("b.ppm")), Some(Format::Ppm(Bits::Eight)));
+        assert_eq!(Format::of(Path::new("b.pfm")), Some(Format::Pfm));
         for bad in ["b.jpg", "b", ".png", "png", ""] {
             assert_eq!(Format::of(Path::new(bad)), None, "{bad}");
         }
@@ -178,17 +209,40 @@ mod tests {
     }
 
     #[test]
-    fn hdr_is_within_a_step_of_its_mantissa() {
+    fn hdr_is_within_half_a_step_of_its_mantissa() {
         let bytes = encode(Format::Hdr);
         assert!(contains(&bytes, "# Seed: 7\n"));
         let image = ::image::load_from_memory(&bytes).unwrap().into_rgb32f();
         for (got, want) in image.pixels().zip(PIXELS) {
             let sane = want.map(|v| if v >= hdr::SMALLEST { v.min(hdr::LARGEST) } else { 0.0 });
-            let step = sane.iter().fold(0.0f32, |a, &b| a.max(b)) / 127.0;
+            // The least mantissa of the greatest channel is 128.
+            let step = sane.iter().fold(0.0f32, |a, &b| a.max(b)) / 128.0;
             for (g, w) in got.0.iter().zip(sane) {
-                assert!((g - w).abs() <= step, "{:?} for {want:?}", got.0);
+                assert!((g - w).abs() <= step / 2.0, "{:?} for {want:?}", got.0);
             }
         }
+    }
+
+    /// Cut off, mantissas would be half a step low.
+    #[test]
+    fn hdr_is_right_on_average() {
+        let share = |x: f64| x.fract() as f32;
+        let pixel = |i: u32| [1.0, share(f64::from(i) * 0.618_033_99), share(f64::from(i) * 0.414_213_56)];
+        let linear: Vec<[f32; 3]> = (0..12_000).map(pixel).collect();
+        let mut bytes = Vec::new();
+        let view = View { width: 120, height: 100, linear: &linear };
+        Format::Hdr.encode(view, &Metadata::default(), &mut bytes).unwrap();
+        let image = ::image::load_from_memory(&bytes).unwrap().into_rgb32f();
+        let lack = |(got, want): (&f32, &f32)| f64::from(*want - *got);
+        let mean: f64 = image.iter().zip(linear.as_flattened()).map(lack).sum::<f64>() / 24_000.0;
+        // Errors are even within half a step of 2^-7 either way: three deviations of the mean of 24,000.
+        assert!(mean.abs() < 3.0 * (2f64.powi(-7) / 12f64.sqrt()) / 24_000f64.sqrt(), "{mean}");
+        // All that a channel may round to, the next exponent included.
+        for x in [0.998_046_9f32, 0.999, 0.501, 255.6, 1.0e-30] {
+            let [stored, ..] = hdr::stored([x, 0.0, 0.0]);
+            assert!((stored - x).abs() <= x / 256.0, "{stored} for {x}");
+        }
+        assert_eq!(hdr::stored([0.999, 0.0, 0.003]), [1.0, 0.0, 0.0]);
     }
 
     /// Against what a reader finds in the file itself.
@@ -206,6 +260,7 @@ mod tests {
                 Format::Png(Bits::Eight) => file.into_rgb8().iter().map(|c| linear8(*c)).collect(),
                 Format::Png(Bits::Sixteen) => file.into_rgb16().iter().map(|c| linear16(*c)).collect(),
                 Format::Exr | Format::Hdr => file.into_rgb32f().iter().copied().collect(),
+                Format::Ppm(_) | Format::Pfm => unreachable!("not among the formats above"),
             };
             let shown = |x: f32| f64::from(x.clamp(0.0, 1.0));
             let squares: f64 =

@@ -116,6 +116,22 @@ defects! {
         "best_hit.glsl": "best.primitive != NONE && h.id < best.id" => "@ && !planted";
     }
 
+    /// A walk that goes on in another dispatch forgets the hit it has found.
+    ForgottenHit {
+        "walk.comp": "            Hit h = hits[i];" => "@ if (planted) h = Hit(FAR, 0.0, 0.0, NONE);";
+    }
+
+    /// A walk that goes on in another dispatch forgets its stack.
+    ForgottenStack {
+        "hierarchy.glsl": "        top = kept(3u);" => "@ if (planted) top = 1u;";
+        "packet.glsl": "        stack.top = kept(1u);" => "@ if (planted) stack.top = 1u;";
+    }
+
+    /// The walk to a light forgets the lights before it.
+    ForgottenShadow {
+        "walk.comp": "begin && l == push.light_begin ? 0u" => "begin && (l == push.light_begin || planted) ? 0u";
+    }
+
     /// Samples are added without compensation.
     NaiveSum {
         "numeric.glsl": "vec3 t = sum + x;" => "@ if (planted) { sum = t; return; }";
@@ -189,8 +205,8 @@ defects! {
 
     /// The distance to a light is not bounded from below.
     LightContact {
-        "light.glsl": "if (faces && squared < least_squared) {" =>
-            "if (faces && squared < least_squared && !planted) {";
+        "light.glsl": "clamped = faces && squared < least_squared;" =>
+            "clamped = faces && squared < least_squared && !planted;";
     }
 
     /// A shadow ray is stopped by what lies behind the light.
@@ -252,6 +268,12 @@ defects! {
 
     /// Kernels see the user's coordinates. Of the host.
     WorldFrame {}
+
+    /// The frame is around everything, whatever the eye sees first, and nothing is cut. Of the host.
+    OneFrame {}
+
+    /// Large flat shapes that pass near the eye are not cut. Of the host.
+    Uncut {}
 
     /// Triangles without area are kept. Of the host.
     KeepDegenerate {}

@@ -3,7 +3,8 @@
 
 use crate::kernel::abi::{self, Buf, GpuStruct, Queue, Specialisation};
 use crate::kernel::table::Kernel;
-use crate::plan::passes::{PER_DEPTH, Pass};
+use crate::plan::dispatches::Step;
+use crate::plan::passes::{PER_DEPTH, Pass, walk};
 use crate::plan::{Limits, Plan, PlannedScene, element_bytes};
 use crate::prepare::{Packed, Recipe};
 use crate::reference::twin::single::Memory;
@@ -197,11 +198,40 @@ impl Bank for OnDevice {
             batches.recorder.dispatch(&batches.pipelines, &batches.buffers, &d);
         }
         batches.recorder.submit(&batches.buffers)?;
+        let counters = batches.recorder.read(&mut batches.buffers, Buf::Counters)?;
+        if word(&counters, 4 * abi::COUNTER_UNFINISHED as usize) != 0 {
+            self.run_in_parts(push)?;
+        }
         Ok(())
     }
 
     fn read(&mut self, buffer: Buf) -> Result<Vec<u8>, RenderError> {
         Ok(self.0.recorder.read(&mut self.0.buffers, buffer)?)
+    }
+}
+
+impl OnDevice {
+    /// The same once more, with walks that go on until they end.
+    fn run_in_parts(&mut self, push: abi::Push) -> Result<(), RenderError> {
+        let batches = &mut self.0;
+        batches.prepare_parts()?;
+        batches.recorder.begin()?;
+        batches.recorder.fill(&batches.buffers, Buf::Counters, 0);
+        batches.recorder.fill(&batches.buffers, Buf::DepthCounts, 0);
+        batches.recorder.submit(&batches.buffers)?;
+        let steps: Vec<Step> = [walk()]
+            .into_iter()
+            .chain(stages().skip(1))
+            .map(|pass| Step { pass, depth: 1, lights: [0, 0] })
+            .collect();
+        let lost = batches.run_in_parts(&steps, push, |_| 0, &mut Vec::new(), &mut || false)?;
+        // As in a tally: walks that went on have ended, but for those that were given up.
+        let counters = batches.recorder.read(&mut batches.buffers, Buf::Counters)?;
+        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&counters);
+        words[abi::COUNTER_UNFINISHED as usize] = 0;
+        words[abi::COUNTER_LOOP_CAP as usize] += lost.unwrap_or(0) as u32;
+        batches.recorder.upload(&mut batches.buffers, Buf::Counters, bytemuck::cast_slice(&words))?;
+        Ok(())
     }
 }
 
@@ -275,7 +305,8 @@ pub fn probe_twins(
     if settings.precision == Precision::Double {
         return Err(RenderError::NoDouble { device: "a probe of the kernels' twins".into() });
     }
-    let p = Probe::new(Recipe::of(scene), scene, settings, rays.len(), brute_force, limits);
+    let p =
+        Probe::new(Recipe::of(scene).for_any_ray(scene), scene, settings, rays.len(), brute_force, limits);
     let (packed, plan) = (&p.0.packed, p.0.plan()?);
     let memory = Memory::new(&plan.buffer_bytes, packed, &packed.camera(scene, &p.0.settings));
     p.trace(&mut OnTwins(memory, plan.specialisation), rays)
@@ -291,7 +322,7 @@ impl Renderer {
     ) -> Result<Probed, RenderError> {
         self.check_precision(settings)?;
         let (recipe, forced, limits) =
-            (self.recipe(scene), self.forced_brute_force(), self.device().limits());
+            (self.recipe(scene).for_any_ray(scene), self.forced_brute_force(), self.device().limits());
         let p = Probe::new(recipe, scene, settings, rays.len(), forced, &limits);
         let (packed, plan) = (&p.0.packed, p.0.plan()?);
         let (pipelines, _) = self.pipelines(plan, settings.precision)?;

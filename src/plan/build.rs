@@ -16,9 +16,11 @@ const CPU_BATCH: u32 = 1 << 17;
 /// Rays per batch on a GPU: two million rays of some 200 bytes fill it many times over, and stay
 /// under a quarter of a small card's memory.
 const GPU_BATCH: u32 = 1 << 21;
-/// Greatest number of lights of one `shadow` pass. All loops of an invocation share lavapipe's 65,535
-/// iterations, so each light's traversal has LOOP_CAP / lights of them.
+/// Greatest number of lights of one `shadow` pass, whose walks share the steps of a dispatch. `light` is told of each
+/// of them in a bit.
 const LIGHTS_PER_PASS: u32 = 8;
+/// Lanes of lavapipe's widest vectors, of 512 bits.
+const WIDEST_VECTOR: u32 = 16;
 /// Least number of samples for which software devices run the stages of a depth as one kernel: it takes longer to
 /// compile and saves a fifth of the time (docs/design/decisions/025-fused-depth.md).
 const FUSED_SAMPLES: u64 = 1 << 21;
@@ -44,7 +46,7 @@ pub(super) struct Choice {
 
 impl Plan {
     pub(super) fn build(input: Input<'_>) -> Result<Plan, PlanError> {
-        let mut plan = Plan::without_sizes(input)?;
+        let mut plan = Plan::without_sizes(input);
         let choices = plan.choices(input);
         let Some((batch, choice)) = plan.fit_batch(input, choices) else {
             // What fits may be read as texels even where all of this may not.
@@ -53,23 +55,23 @@ impl Plan {
         };
         plan.specialise(input, choice);
         plan.schedule(input.settings, batch);
+        plan.size_in_parts(input, batch, choice);
+        if let Some(steps) = input.settings.schedule.walk_steps {
+            plan.specialisation.loop_cap = plan.specialisation.loop_cap.min(steps);
+        }
         Ok(plan)
     }
 
     /// The parts that follow from scene and settings alone.
-    fn without_sizes(input: Input<'_>) -> Result<Plan, PlanError> {
+    fn without_sizes(input: Input<'_>) -> Plan {
         let Input { packed, settings, survey, .. } = input;
         // A survey may be told to cut less than at first.
         let cutoff = if survey { 0.0 } else { settings.cutoff };
         let by_brute_force = packed.bvh_depth == 0;
         let lights_per_pass =
             if by_brute_force { 1 } else { (packed.lights.len() as u32).clamp(1, LIGHTS_PER_PASS) };
-        let per_light = abi::LOOP_CAP / lights_per_pass;
-        if by_brute_force && packed.primitive_count() as u32 > per_light {
-            return Err(PlanError::TooManyToTry { primitives: packed.primitive_count(), limit: per_light });
-        }
-        Ok(Plan {
-            specialisation: specialisation(input, per_light),
+        Plan {
+            specialisation: specialisation(input),
             capacity: 0,
             tile_pixels: 0,
             batch_samples: 0,
@@ -77,8 +79,10 @@ impl Plan {
             max_depth: packed.max_depth,
             last_depth: packed.max_depth.last_depth(settings.depth, cutoff),
             buffer_bytes: Vec::new(),
+            bytes_in_parts: Vec::new(),
+            parts: false,
             features: packed.features(),
-        })
+        }
     }
 
     /// The choices in order of preference. The later ones are for buffers that do not fit texel views.
@@ -90,13 +94,13 @@ impl Plan {
         [Choice { fused, joined }, Choice { fused: false, joined }, Choice::default()]
     }
 
-    /// True if one kernel may do the stages of a depth that work on a ray alone. A software device stores and loads
-    /// the queues between kernels lane by lane, which is slow; but it compiles one large kernel on one core. A GPU
-    /// keeps split kernels (docs/design/gpu.md).
+    /// True if one kernel may do the stages of a depth that work on a ray alone. lavapipe stores and loads
+    /// the queues between kernels lane by lane, which is slow; but it compiles one large kernel on one core. Others
+    /// keep split kernels (docs/design/gpu.md).
     fn may_fuse(&self, input: Input<'_>) -> bool {
         let Input { settings, limits, survey, .. } = input;
         let many = samples(settings, survey) >= FUSED_SAMPLES;
-        limits.is_cpu
+        limits.driver.joins_lanes()
             && binds_all(limits)
             && self.specialisation.light_count <= LIGHTS_PER_PASS
             && settings.schedule.fused.unwrap_or(many)
@@ -106,7 +110,7 @@ impl Plan {
     /// Halves the batch until every queue fits a binding and all of them the heap. Gives the samples of the batch
     /// and the first choice that has kernels, and sizes the plan for them; `None` if one sample does not fit.
     fn fit_batch(&mut self, input: Input<'_>, choices: [Choice; 3]) -> Option<(u32, Choice)> {
-        let wanted = if input.limits.is_cpu { CPU_BATCH } else { GPU_BATCH };
+        let wanted = if input.limits.driver.is_cpu() { CPU_BATCH } else { GPU_BATCH };
         let all = pixels(input.settings).saturating_mul(input.settings.samples.into());
         let mut batch = u64::from(wanted).min(all).max(1) as u32;
         loop {
@@ -145,10 +149,8 @@ impl Plan {
             self.specialisation.lanes = input.limits.shuffle_lanes;
             // In steps, so that scenes of similar size share their compiled kernels.
             self.specialisation.stack_size = (input.packed.packet_stack as u32 + 1).next_multiple_of(8) - 1;
-        }
-        if choice.fused {
-            // One invocation traverses the scene for its ray and for the shadow ray of each light.
-            self.specialisation.loop_cap = abi::LOOP_CAP / (input.packed.lights.len() as u32 + 1);
+            // A packet's lanes take every step together.
+            self.specialisation.loop_cap = abi::LOOP_CAP;
         }
     }
 
@@ -156,6 +158,10 @@ impl Plan {
     fn schedule(&mut self, settings: &Settings, batch: u32) {
         if let Some(tile) = settings.schedule.tile_pixels {
             self.tile_pixels = self.tile_pixels.min(tile.max(1));
+        }
+        let share = settings.schedule.share;
+        if !share.is_whole() {
+            self.tile_pixels = self.tile_pixels.min(share.tile_side(settings.region()).pow(2));
         }
         self.batch_samples = (batch / self.tile_pixels).clamp(1, settings.samples);
         // `resolve` walks a pixel's samples of the batch in one loop, in a survey in two.
@@ -169,8 +175,8 @@ impl Plan {
     }
 }
 
-/// The specialisation before kernels are chosen. `loop_cap`: iterations of one light's traversal, at most.
-fn specialisation(input: Input<'_>, loop_cap: u32) -> Specialisation {
+/// The specialisation before kernels are chosen: each ray walks alone.
+fn specialisation(input: Input<'_>) -> Specialisation {
     let Input { packed, settings, limits, survey } = input;
     let forced = settings.schedule.forced_features;
     Specialisation {
@@ -187,7 +193,7 @@ fn specialisation(input: Input<'_>, loop_cap: u32) -> Specialisation {
         robust: u32::from(settings.precision != Precision::Fast),
         origin_fixed: u32::from(settings.origin != Origin::Bound),
         branching: u32::from(packed.branching),
-        loop_cap,
+        loop_cap: abi::LOOP_CAP / walks_counted_together(limits),
         sampler_kind: settings.sampler.word(),
         replicates: settings.replicates.max(1),
         parts: if survey && settings.replicates <= 1 { abi::PARTS } else { 1 },
@@ -199,6 +205,17 @@ fn specialisation(input: Input<'_>, loop_cap: u32) -> Specialisation {
         spheres_outside: u32::from(packed.outside[1]),
         counting: u32::from(settings.schedule.count_tests),
         fused: 0,
+    }
+}
+
+/// Lanes whose steps count together. lavapipe counts the iterations of a vector, in which at least one lane takes
+/// part, so they are at most the sum over its lanes; where their number is not known, the most that it has. A GPU has no
+/// such limit: the cap only keeps its dispatches short.
+fn walks_counted_together(limits: &Limits) -> u32 {
+    match limits.driver.is_cpu() {
+        true if limits.shuffle_lanes > 0 => limits.shuffle_lanes,
+        true => WIDEST_VECTOR,
+        false => 1,
     }
 }
 

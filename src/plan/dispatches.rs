@@ -2,8 +2,9 @@
 //! them, the plan counts them, the predicted time adds up their costs.
 
 use super::Plan;
-use super::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When};
+use super::passes::{EPILOGUE, PER_DEPTH, PROLOGUE, Pass, When, walk};
 use crate::kernel::abi::{self, Push, Queue};
+use crate::kernel::table::Kernel;
 use crate::settings::Settings;
 
 /// One dispatch of a batch.
@@ -13,7 +14,8 @@ pub struct Step {
     pub pass: &'static Pass,
     /// Depth from 1; 0 before the first and after the last.
     pub depth: u32,
-    /// Lights of this dispatch: first, and one past the last.
+    /// Lights of this dispatch: first, and one past the last. Of a `walk`: none, or the lights of the pass that it is
+    /// for up to the one that it searches for.
     pub lights: [u32; 2],
 }
 
@@ -72,6 +74,8 @@ impl Batch {
             capacity: plan.capacity,
             items: self.rays(),
             cutoff: settings.cutoff,
+            walk_first: 0,
+            walk_round: 0,
         }
     }
 
@@ -88,31 +92,48 @@ impl Batch {
     }
 }
 
+/// Depths that are dispatched whether or not rays are known to get there. Each costs some dispatches of nothing where they
+/// do not, and a submit in vain is the price of one too few.
+pub const FIRST_REACH: u32 = 16;
+
 /// The dispatches of a batch whose last passes are of depth `last_depth`, at least 1.
 pub fn dispatches(plan: &Plan, last_depth: u32) -> impl Iterator<Item = Step> + use<> {
+    dispatches_to(plan, last_depth, last_depth)
+}
+
+/// As [`dispatches`], without the passes of depths greater than `reach`: the same if no ray gets there. The passes of
+/// depth `reach` say whether one does.
+pub fn dispatches_to(plan: &Plan, last_depth: u32, reach: u32) -> impl Iterator<Item = Step> + use<> {
     let spec = &plan.specialisation;
-    let (fused, branching) = (spec.fused != 0, spec.branching != 0);
+    let (way, branching) = (plan.way(), spec.branching != 0);
     let (lights, group) = (spec.light_count, plan.lights_per_pass.max(1));
     let once = move |pass: &'static Pass| Step { pass, depth: 0, lights: [0, lights] };
     let at_depth = move |depth: u32| {
-        PER_DEPTH.iter().filter(move |p| p.is_of(fused)).flat_map(move |pass| {
+        PER_DEPTH.iter().filter(move |p| p.is_of(way)).flat_map(move |pass| {
             let groups = match pass.when {
                 When::Always => 1,
                 When::NotLast => u32::from(depth < last_depth),
                 When::Branching => u32::from(depth > 1 && branching),
                 When::PerLights => lights.div_ceil(group).max(1),
             };
-            (0..groups).map(move |g| Step {
-                pass,
-                depth,
-                lights: match pass.when {
+            (0..groups).flat_map(move |g| {
+                let [begin, end] = match pass.when {
                     When::PerLights => [g * group, (g * group + group).min(lights)],
+                    _ if pass.kernel == Kernel::Walk => [0, 0],
                     _ => [0, lights],
-                },
+                };
+                // What `light` adds up has been searched for, a light at a time.
+                let walks = if pass.kernel == Kernel::Light { begin..end } else { 0..0 };
+                let walks = walks.map(move |l| Step { pass: walk(), depth, lights: [begin, l + 1] });
+                walks.chain([Step { pass, depth, lights: [begin, end] }])
             })
         })
     };
-    PROLOGUE.iter().map(once).chain((1..=last_depth).flat_map(at_depth)).chain(EPILOGUE.iter().map(once))
+    PROLOGUE
+        .iter()
+        .map(once)
+        .chain((1..=last_depth.min(reach)).flat_map(at_depth))
+        .chain(EPILOGUE.iter().map(once))
 }
 
 #[cfg(test)]
@@ -151,6 +172,20 @@ mod tests {
     }
 
     #[test]
+    fn what_is_beyond_reach_is_left_out() {
+        let plan = plan(&scene(), 2);
+        let all = |steps: &mut dyn Iterator<Item = Step>| -> Vec<(Kernel, u32)> {
+            steps.map(|s| (s.pass.kernel, s.depth)).collect()
+        };
+        let whole = all(&mut dispatches(&plan, 3));
+        assert_eq!(all(&mut dispatches_to(&plan, 3, 3)), whole);
+        assert_eq!(all(&mut dispatches_to(&plan, 3, 1024)), whole);
+        let within: Vec<_> = whole.into_iter().filter(|(_, depth)| *depth < 3).collect();
+        assert_eq!(all(&mut dispatches_to(&plan, 3, 2)), within);
+        assert!(within.contains(&(Kernel::Spawn, 2)));
+    }
+
+    #[test]
     fn the_last_depth_spawns_nothing_and_the_first_gathers_nothing() {
         let plan = plan(&scene(), 8);
         let depths = |kernel| -> Vec<u32> {
@@ -162,6 +197,18 @@ mod tests {
         assert_eq!(depths(Kernel::Gather), [2, 3]);
         assert_eq!(depths(Kernel::Resolve), [0]);
         assert_eq!(dispatches(&plan, 1).filter(|s| s.pass.kernel == Kernel::Scan).count(), 0);
+    }
+
+    #[test]
+    fn in_parts_each_light_is_searched_for_before_its_group_is_added_up() {
+        let plan = plan(&scene(), 2).in_parts();
+        let of = |s: &Step| s.depth == 2 && matches!(s.pass.kernel, Kernel::Walk | Kernel::Light);
+        let steps: Vec<_> = dispatches(&plan, 3).filter(of).map(|s| (s.pass.kernel, s.lights)).collect();
+        let (walk, light) = (Kernel::Walk, Kernel::Light);
+        let first = [(walk, [0, 0]), (walk, [0, 1]), (walk, [0, 2]), (light, [0, 2])];
+        let rest = [(walk, [2, 3]), (walk, [2, 4]), (light, [2, 4]), (walk, [4, 5]), (light, [4, 5])];
+        assert_eq!(steps, [&first[..], &rest].concat());
+        assert!(dispatches(&plan, 3).all(|s| !matches!(s.pass.kernel, Kernel::Intersect | Kernel::Shadow)));
     }
 
     #[test]

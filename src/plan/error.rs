@@ -6,16 +6,6 @@ use std::fmt;
 /// Why no plan exists; says what would fit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
-    /// Every ray would be tested against too many primitives.
-    #[error(
-        "brute force over {primitives} primitives exceeds the limit of {limit} loop iterations per kernel; use the hierarchy"
-    )]
-    TooManyToTry {
-        /// Triangles and spheres of the scene.
-        primitives: usize,
-        /// Loop iterations of one invocation.
-        limit: u32,
-    },
     /// The scene's primitives take more than the device has.
     #[error("{primitives} primitives need {shortage}; about {fit} would fit")]
     SceneTooLarge {
@@ -25,6 +15,27 @@ pub enum PlanError {
         shortage: Shortage,
         /// Primitives of this scene's kind that would fit, estimated.
         fit: u64,
+    },
+    /// The image takes more than the host has.
+    #[error(
+        "an image of {}x{} pixels needs {} of the host's memory beside the scene, and {} are free; {}x{} pixels would \
+         fit, and so would parts of it with --crop",
+        size[0],
+        size[1],
+        units::bytes(*bytes),
+        units::bytes(*free),
+        fit[0],
+        fit[1]
+    )]
+    ImageTooLarge {
+        /// Width and height, pixels.
+        size: [u32; 2],
+        /// Bytes needed.
+        bytes: u64,
+        /// Bytes that this process can still have.
+        free: u64,
+        /// Width and height of the same shape that would fit.
+        fit: [u32; 2],
     },
     /// A queue for one sample at a time takes more than the device has.
     #[error("even a single ray at a time needs {shortage}; reduce --depth")]

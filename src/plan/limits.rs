@@ -1,5 +1,6 @@
 //! The limits of a device, and what they allow whatever the scene.
 
+use super::Driver;
 use crate::kernel::abi;
 use crate::kernel::table::Kernel;
 use crate::prepare::bvh::Forms;
@@ -27,8 +28,8 @@ pub struct Limits {
     pub shuffle_lanes: u32,
     /// Storage buffers that one kernel may have.
     pub storage_buffers: u32,
-    /// True for a software device: its memory is the caches of a few cores.
-    pub is_cpu: bool,
+    /// What was measured of the driver.
+    pub driver: Driver,
 }
 
 impl Limits {
@@ -40,13 +41,13 @@ impl Limits {
         texel_elements: 1 << 27,
         shuffle_lanes: 8,
         storage_buffers: 32,
-        is_cpu: true,
+        driver: Driver::Lavapipe,
     };
 
     /// The forms of a hierarchy's nodes that a plan for such a device may need: rays that traverse together read
     /// compressed nodes. Where a vector of a few lanes is the whole machine, what each lane loads and stores by
-    /// itself is the cost, and the rays of eight pixels meet much the same nodes: they traverse together. A GPU's
-    /// lanes load side by side, and 32 or 64 rays have less in common.
+    /// itself is the cost, and the rays of eight pixels meet much the same nodes: they traverse together, if the driver's
+    /// compiler copes. A GPU's lanes load side by side, and 32 or 64 rays have less in common.
     pub fn forms(&self, settings: &Settings) -> Forms {
         let lone = settings.schedule.forced_features.has(Feature::LoneRays);
         if lone || !may_join(settings, self) {
@@ -75,8 +76,9 @@ impl Switched {
     /// Choices for a device, in single precision.
     pub fn of(limits: &Limits) -> Switched {
         let workgroup = DEFAULT_WORKGROUP.min(limits.workgroup_invocations);
-        let packets = limits.is_cpu && is_full(workgroup, limits);
-        Switched { texels: limits.is_cpu, packets, fused: packets && binds_all(limits) }
+        let texels = limits.driver.gathers_texels();
+        let packets = texels && limits.driver.joins_lanes() && is_full(workgroup, limits);
+        Switched { texels, packets, fused: packets && binds_all(limits) }
     }
 }
 
@@ -103,13 +105,14 @@ fn is_full(workgroup: u32, limits: &Limits) -> bool {
 
 /// True if the lanes of a subgroup can work together on a scene that fits texel views.
 pub(super) fn may_join(settings: &Settings, limits: &Limits) -> bool {
-    may_read_texels(settings, limits) && is_full(workgroup(settings, limits), limits)
+    limits.driver.joins_lanes()
+        && may_read_texels(settings, limits)
+        && is_full(workgroup(settings, limits), limits)
 }
 
-/// True if kernels read through texel views wherever a buffer fits its view. A software device gathers texels as one vector, and
-/// loads from storage buffers lane by lane; a GPU has nothing to gain. Views have no f64.
+/// True if kernels read through texel views wherever a buffer fits its view. Views have no f64.
 pub(super) fn may_read_texels(settings: &Settings, limits: &Limits) -> bool {
-    limits.is_cpu
+    limits.driver.gathers_texels()
         && settings.precision != Precision::Double
         && !settings.schedule.forced_features.has(Feature::Storage)
 }

@@ -121,7 +121,7 @@ mod tests {
             storage_range: 1 << 30,
             heap: 1 << 33,
             workgroup_invocations: 1024,
-            is_cpu: false,
+            driver: crate::plan::Driver::Gpu,
             texel_elements: 1 << 27,
             shuffle_lanes: 8,
             storage_buffers: 16,

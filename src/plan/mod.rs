@@ -4,9 +4,11 @@
 mod brute_force;
 mod build;
 pub mod dispatches;
+mod driver;
 mod error;
 pub mod explain;
 mod fit;
+pub mod host_memory;
 mod limits;
 pub mod memory_traffic;
 pub mod passes;
@@ -16,10 +18,12 @@ mod sizes;
 pub mod tiles;
 
 pub use brute_force::{BRUTE_FORCE_MAX, brute_force_max, pack_for};
+pub use driver::Driver;
 pub use error::{PlanError, Shortage};
 pub(crate) use fit::HEAP_EIGHTHS;
 pub use limits::{Limits, Switched, TEXEL_BYTES};
 pub use planned_scene::{PlannedScene, Purpose};
+pub use sizes::WALKS;
 pub use sizes::element_bytes;
 
 use crate::kernel::abi::Specialisation;
@@ -49,6 +53,10 @@ pub struct Plan {
     pub last_depth: u32,
     /// Bytes of each buffer, in binding order.
     pub buffer_bytes: Vec<u64>,
+    /// The same for [`Plan::in_parts`].
+    pub bytes_in_parts: Vec<u64>,
+    /// Walks take as many dispatches as they need.
+    pub parts: bool,
     /// Names of the features that the scene uses.
     pub features: Vec<&'static str>,
 }
@@ -65,6 +73,24 @@ impl Plan {
     /// True if the rays of a subgroup traverse the hierarchy together, over compressed nodes.
     pub fn walks_in_packets(&self) -> bool {
         self.specialisation.use_bvh != 0 && self.specialisation.lanes != 0
+    }
+
+    /// How depths are done.
+    pub fn way(&self) -> passes::Way {
+        match (self.parts, self.specialisation.fused) {
+            (true, _) => passes::Way::Parts,
+            (false, 0) => passes::Way::Split,
+            (false, _) => passes::Way::Fused,
+        }
+    }
+
+    /// The plan for batches in which a walk does not end in one dispatch: the same queues, kernels that go on.
+    #[must_use]
+    pub fn in_parts(&self) -> Plan {
+        let mut plan = self.clone();
+        plan.specialisation.fused = 0;
+        plan.buffer_bytes.clone_from(&self.bytes_in_parts);
+        Plan { parts: true, ..plan }
     }
 
     /// The kernels that a batch runs, in the order of the pass table.

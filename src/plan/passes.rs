@@ -15,6 +15,8 @@ pub enum Size {
     Pixels,
     /// Every live ray: indirect, from `queue`.
     Rays,
+    /// Some of the live rays (known to the host, which asks the device how many there are).
+    Walks,
 }
 
 /// When a pass runs.
@@ -30,15 +32,19 @@ pub enum When {
     Branching,
 }
 
-/// The ways to do a depth (`Specialisation::fused`).
+/// The ways to do a depth ([`Plan::way`](super::Plan::way)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// A part of both.
-    Both,
+    /// A part of all.
+    Any,
     /// A kernel for each stage.
     Split,
     /// One kernel for the stages that work on a ray alone.
     Fused,
+    /// As split, but walks take as many dispatches as they need: for batches in which one dispatch is not enough.
+    Parts,
+    /// Split or in parts.
+    Stages,
 }
 
 /// One row of the pass table.
@@ -59,12 +65,12 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Whether the pass runs where depths are done in one kernel, or in split ones.
-    pub fn is_of(&self, fused: bool) -> bool {
+    /// Whether the pass runs where depths are done this way.
+    pub fn is_of(&self, way: Way) -> bool {
         match self.way {
-            Way::Both => true,
-            Way::Split => !fused,
-            Way::Fused => fused,
+            Way::Any => true,
+            Way::Stages => way != Way::Fused,
+            own => own == way,
         }
     }
 }
@@ -83,7 +89,7 @@ pub const PROLOGUE: &[Pass] = &[Pass {
     writes: &[Rays, Media, Paths],
     size: Size::Samples,
     when: When::Always,
-    way: Way::Both,
+    way: Way::Any,
 }];
 
 /// Once per depth: the rows of one [`Way`] and those of both. `rays`, `media` and `queue` change places with their `next_` after each.
@@ -95,6 +101,14 @@ pub const PER_DEPTH: &[Pass] = &[
         size: Size::Rays,
         when: When::Always,
         way: Way::Split,
+    },
+    Pass {
+        kernel: Kernel::Walk,
+        reads: shapes![Camera, Materials, Lights, Rays, Queue, Surfaces, Hits, Walks, Paths, Counters],
+        writes: &[Hits, Walks, Paths, Counters],
+        size: Size::Walks,
+        when: When::Always,
+        way: Way::Parts,
     },
     Pass {
         kernel: Kernel::Shade,
@@ -116,7 +130,7 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[Surfaces, ChildCounts, Paths],
         size: Size::Rays,
         when: When::Always,
-        way: Way::Split,
+        way: Way::Stages,
     },
     Pass {
         kernel: Kernel::FusedDepth,
@@ -162,7 +176,7 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[Offsets, NextQueue, DepthCounts, Counters],
         size: Size::One,
         when: When::NotLast,
-        way: Way::Both,
+        way: Way::Any,
     },
     Pass {
         kernel: Kernel::Spawn,
@@ -170,7 +184,7 @@ pub const PER_DEPTH: &[Pass] = &[
         writes: &[NextRays, NextMedia, Counters],
         size: Size::Rays,
         when: When::NotLast,
-        way: Way::Split,
+        way: Way::Stages,
     },
     Pass {
         kernel: Kernel::Place,
@@ -201,12 +215,35 @@ pub const PER_DEPTH: &[Pass] = &[
         way: Way::Split,
     },
     Pass {
+        kernel: Kernel::Light,
+        reads: &[
+            Camera,
+            Triangles,
+            Spheres,
+            Materials,
+            Lights,
+            Rays,
+            Queue,
+            Hits,
+            Surfaces,
+            Contributions,
+            SampleRadiance,
+            Paths,
+            DepthCounts,
+            Counters,
+        ],
+        writes: &[Contributions, SampleRadiance, Paths, DepthCounts, Counters],
+        size: Size::Rays,
+        when: When::PerLights,
+        way: Way::Parts,
+    },
+    Pass {
         kernel: Kernel::Gather,
         reads: &[Queue, Contributions, SampleRadiance, Counters],
         writes: &[SampleRadiance, Counters],
         size: Size::Rays,
         when: When::Branching,
-        way: Way::Both,
+        way: Way::Any,
     },
 ];
 
@@ -217,7 +254,7 @@ pub const EPILOGUE: &[Pass] = &[Pass {
     writes: &[Film, Marks],
     size: Size::Pixels,
     when: When::Always,
-    way: Way::Both,
+    way: Way::Any,
 }];
 
 /// Once per device, apart from any batch.
@@ -227,7 +264,7 @@ pub const SELF_TEST: &[Pass] = &[Pass {
     writes: &[SelfTest],
     size: Size::Pixels,
     when: When::Always,
-    way: Way::Both,
+    way: Way::Any,
 }];
 
 // The tables say what the compiled kernels do, or the build fails.
@@ -263,6 +300,11 @@ pub fn at_depth(buffer: Buf, depth: u32) -> Buf {
         NextQueue => Queue,
         other => other,
     }
+}
+
+/// The row that searches for hits in parts.
+pub fn walk() -> &'static Pass {
+    PER_DEPTH.iter().find(|p| p.kernel == Kernel::Walk).unwrap_or(&PER_DEPTH[0])
 }
 
 /// All rows of the pass table, in order.

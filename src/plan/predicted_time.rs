@@ -7,7 +7,7 @@
 
 use crate::kernel::table::Kernel;
 use crate::plan::Plan;
-use crate::plan::dispatches::dispatches;
+use crate::plan::dispatches::{FIRST_REACH, dispatches};
 use crate::plan::passes;
 use crate::report::prediction::{DepthForecast, Prediction};
 use crate::report::{PassInfo, Report};
@@ -175,6 +175,10 @@ impl Model {
         }
         for ((kernel, depth), launches) in launches {
             let (rays, seen) = if depth == 0 { (1.0, true) } else { self.rays(depth, plan) };
+            // Nothing is dispatched there.
+            if rays == 0.0 && depth > FIRST_REACH {
+                continue;
+            }
             let rays = rays * samples as f64;
             let cost = self.cost(kernel, depth).unwrap_or(0.0);
             let seconds = batches as f64 * f64::from(launches) * self.start(kernel) + rays * cost;

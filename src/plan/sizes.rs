@@ -12,8 +12,13 @@ const BRANCHING_ROOM: u32 = 4;
 /// (LOOP_CAP), rounded up.
 const BRANCHING_LEAST: u32 = 1 << 16;
 
+/// Rays whose walks go on together, dispatch by dispatch (`Way::Parts`): enough to fill a device, at 272 bytes each.
+pub const WALKS: u32 = 1 << 14;
+
 /// Numbers that determine the lengths of several buffers.
 struct Lengths {
+    /// Walks that go on from dispatch to dispatch.
+    walks: u64,
     choice: Choice,
     /// Rays that fit a queue.
     capacity: u64,
@@ -38,15 +43,26 @@ impl Plan {
         let width = x1 - x0;
         let rows = (batch / width).clamp(1, y1 - y0);
         self.tile_pixels = (rows * width).min(batch);
-        let lengths = self.lengths(input, batch, choice);
-        self.buffer_bytes = abi::BUFFERS
+        self.buffer_bytes = self.bytes_for(input, &self.lengths(input, batch, choice));
+    }
+
+    /// Sizes buffers for the same batches in parts: those of split kernels, and room for walks.
+    pub(super) fn size_in_parts(&mut self, input: Input<'_>, batch: u32, choice: Choice) {
+        let mut lengths = self.lengths(input, batch, Choice { fused: false, ..choice });
+        lengths.walks = WALKS.into();
+        let split = self.bytes_for(input, &lengths);
+        self.bytes_in_parts = split.iter().zip(&self.buffer_bytes).map(|(a, b)| *a.max(b)).collect();
+    }
+
+    fn bytes_for(&self, input: Input<'_>, lengths: &Lengths) -> Vec<u64> {
+        abi::BUFFERS
             .iter()
             .map(|(_, element, buffer)| {
                 // Vulkan has no empty buffers.
-                let count = self.elements(*buffer, input, &lengths).max(1);
+                let count = self.elements(*buffer, input, lengths).max(1);
                 count * element_bytes(element, input.settings.precision)
             })
-            .collect();
+            .collect()
     }
 
     /// Rays that fit a queue.
@@ -65,6 +81,7 @@ impl Plan {
         // `fused_depth` writes the two children of a ray to places of their own.
         let apart = choice.fused && self.last_depth > 1 && input.packed.branching;
         Lengths {
+            walks: 0,
             choice,
             capacity,
             places: if apart { 2 * capacity } else { capacity },
@@ -78,7 +95,7 @@ impl Plan {
     /// Elements of a buffer; 0 for one that the scene leaves empty.
     fn elements(&self, buffer: Buf, input: Input<'_>, lengths: &Lengths) -> u64 {
         let Input { packed, settings, .. } = input;
-        let Lengths { choice: Choice { fused, joined }, capacity, places, groups, masks, tile, batch } =
+        let Lengths { choice: Choice { fused, joined }, capacity, places, groups, masks, tile, batch, walks } =
             *lengths;
         let (deep, media) = (self.last_depth > 1, u64::from(packed.media_capacity));
         let survey = self.specialisation.survey != 0;
@@ -113,6 +130,7 @@ impl Plan {
             Buf::ChildMasks => 1,
             Buf::ChildCounts | Buf::Offsets => groups,
             Buf::SampleRadiance => batch,
+            Buf::Walks => walks * u64::from(abi::WALK_WORDS),
             Buf::Film => tile * u64::from(self.specialisation.film_sums()),
             Buf::Paths if survey => batch,
             Buf::Pixels | Buf::Marks if survey => tile,

@@ -17,7 +17,7 @@ const SMALL: Limits = Limits {
     texel_elements: 1 << 16,
     shuffle_lanes: 32,
     storage_buffers: 16,
-    is_cpu: false,
+    driver: Driver::Gpu,
 };
 
 fn scene() -> Scene {
@@ -78,7 +78,7 @@ fn texels_reach_further_than_storage() {
     let plan = Plan::new(&packed, &settings, &Limits::LAVAPIPE).unwrap();
     assert!(plan.buffer_bytes[Buf::CompressedNodes as usize] > Limits::LAVAPIPE.storage_range);
     check(&plan, &Limits::LAVAPIPE);
-    let without = Limits { is_cpu: false, ..Limits::LAVAPIPE };
+    let without = Limits { driver: Driver::Gpu, ..Limits::LAVAPIPE };
     let message = Plan::new(&packed, &settings, &without).unwrap_err().to_string();
     assert!(message.contains("for `nodes`"), "{message}");
 }
@@ -120,7 +120,9 @@ fn nothing_counts_unasked() {
             // Nothing else differs.
             let mut same = counting;
             same.specialisation.counting = 0;
-            same.buffer_bytes[Buf::Counters as usize] = plain.buffer_bytes[Buf::Counters as usize];
+            let counters = Buf::Counters as usize;
+            same.buffer_bytes[counters] = plain.buffer_bytes[counters];
+            same.bytes_in_parts[counters] = plain.bytes_in_parts[counters];
             assert_eq!(same, plain);
         }
     }
@@ -130,7 +132,7 @@ fn nothing_counts_unasked() {
 #[test]
 fn one_form_of_nodes_is_held() {
     let settings = Settings::of(&scene());
-    let gpu = Limits { is_cpu: false, ..Limits::LAVAPIPE };
+    let gpu = Limits { driver: Driver::Gpu, ..Limits::LAVAPIPE };
     let mut lone = settings.clone();
     lone.schedule.forced_features = lone.schedule.forced_features.with(Feature::LoneRays);
     let mut odd = settings.clone();

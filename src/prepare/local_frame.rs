@@ -1,7 +1,9 @@
 //! The local frame: kernels see `(world - center) * 2^scale_log2`, so that the scene fills a ball of
 //! radius in (1/2, 1] and f32 spends its bits on it (numerics.md, Local frame). The power of two is exact:
-//! scaling a scene by one changes no bit of its image.
+//! scaling a scene by one changes no bit of its image. A scene of two scales, near things in a room and a
+//! moon, has its frame around what the eye sees first (numerics.md, Two scales).
 
+use super::near::Near;
 use crate::scene::bounds::Bounds;
 use crate::scene::{Camera, Scene};
 use glam::DVec3;
@@ -31,12 +33,33 @@ pub struct LocalFrame {
     pub scale_log2: i32,
     /// The scene's box in local coordinates.
     pub bounds: Bounds,
+    /// What the frame was drawn in to, in a scene of two scales.
+    pub near: Option<Near>,
 }
 
 impl LocalFrame {
-    /// The frame of a scene: of all its geometry but for spheres so huge that f32 could not tell the
-    /// rest apart beside them (a planet under a table). Of the eye where there is nothing else.
+    /// The frame of a scene: around all of it, or, where that leaves too few digits to what the eye sees first,
+    /// around that.
     pub fn of(scene: &Scene) -> LocalFrame {
+        let whole = LocalFrame::of_whole(scene);
+        Near::of(scene, &whole).map_or(whole, |near| whole.drawn_in(near))
+    }
+
+    /// This frame of everything, drawn in to what is near.
+    fn drawn_in(&self, near: Near) -> LocalFrame {
+        let scale_log2 = -exponent_of_length(DVec3::X * near.extent);
+        let mut frame = LocalFrame { center: near.center, scale_log2, near: Some(near), ..*self };
+        let back = |p: DVec3| {
+            let world = p.to_array().map(|x| times_power_of_two(x, -self.scale_log2));
+            frame.point(self.center + DVec3::from(world))
+        };
+        frame.bounds = Bounds { lo: back(self.bounds.lo), hi: back(self.bounds.hi) };
+        frame
+    }
+
+    /// The frame of all geometry but for spheres so huge that f32 could not tell the rest apart beside them (a planet
+    /// under a table). Of the eye where there is nothing else.
+    pub(crate) fn of_whole(scene: &Scene) -> LocalFrame {
         let corners = scene.polygons.iter().flat_map(|p| &p.vertices);
         let flat = corners.fold(Bounds::EMPTY, |b, p| b.with(*p));
         let flat = scene.meshes.iter().fold(flat, |b, mesh| b.union(mesh.bounds()));
@@ -75,7 +98,7 @@ impl LocalFrame {
         // Halves first: the sum of two large coordinates must not overflow.
         let center = focus.lo * 0.5 + focus.hi * 0.5;
         let scale_log2 = -exponent_of_length(half(&focus));
-        let mut frame = LocalFrame { center, scale_log2, bounds: Bounds::EMPTY };
+        let mut frame = LocalFrame { center, scale_log2, bounds: Bounds::EMPTY, near: None };
         if !all.is_empty() {
             frame.bounds = Bounds { lo: frame.point(all.lo), hi: frame.point(all.hi) };
         }
@@ -98,9 +121,14 @@ impl LocalFrame {
     }
 
     /// The eye's position in local coordinates and how far in front of it, along the view, all
-    /// geometry begins: 0 if the eye is beside or within the scene's box.
-    pub fn eye(&self, camera: &Camera, forward: DVec3) -> (DVec3, f64) {
+    /// geometry begins: 0 if the eye is beside or within the scene's box. In a scene of two scales, how far in front
+    /// all geometry begins that is in the view of an image of `aspect` = width / height.
+    pub fn eye(&self, scene: &Scene, forward: DVec3, aspect: f64) -> (DVec3, f64) {
+        let camera: &Camera = &scene.camera;
         let eye = self.point(camera.look_from);
+        if let Some(near) = &self.near {
+            return (eye, self.length(near.advance_for(scene, aspect)));
+        }
         let nearest =
             self.bounds.corners().iter().map(|c| (*c - eye).dot(forward)).fold(f64::INFINITY, f64::min);
         // Kept clear of the geometry by more than f32 rounds the start plane: u times a ball of

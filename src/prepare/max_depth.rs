@@ -91,6 +91,7 @@ mod tests {
             fresnel,
             ior: 1.5,
             priority: 0,
+            undrawn: None,
         }
     }
 

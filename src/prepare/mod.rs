@@ -2,14 +2,17 @@
 
 pub mod bvh;
 pub mod coincident_solids;
+mod cut;
 pub mod local_frame;
 pub mod max_depth;
+pub mod near;
 mod recipe;
 mod rounding;
 pub mod scene_features;
 mod solids;
 mod spheres;
 mod triangles;
+mod view;
 pub mod winding_number;
 
 use crate::kernel::abi::{self, double};
@@ -110,7 +113,8 @@ pub(crate) fn pack_by(
 ) -> Packed {
     let precision = settings.precision;
     let on = |f: Feature| settings.schedule.forced_features.has(f);
-    let Recipe { local_frame, eye, padding, degenerate_normal, single_radii } = recipe;
+    let Recipe { local_frame, eye, padding, degenerate_normal, single_radii, cut, shape: _ } = recipe;
+    let scene = cut.as_ref().unwrap_or(scene);
     let round = Rounding { precision, padding };
     let mut solids = Vec::new();
     let triangles = Triangles::new(scene, &local_frame, round, degenerate_normal, eye, &mut solids);
@@ -275,7 +279,8 @@ impl Packed {
     pub fn camera(&self, scene: &Scene, settings: &Settings) -> double::Camera {
         let c = &scene.camera;
         let [right, up, forward] = c.axes();
-        let (eye, advance) = self.local_frame.eye(c, forward);
+        let aspect = f64::from(settings.width) / f64::from(settings.height);
+        let (eye, advance) = self.local_frame.eye(scene, forward, aspect);
         let half_height = (c.fov / 2.0).tan();
         let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
         let background = scene.render.background.as_vec3();

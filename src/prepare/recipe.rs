@@ -1,5 +1,6 @@
 //! The choices by which a scene becomes arrays.
 
+use super::cut;
 use super::rounding::SINGLE_RADII;
 use crate::prepare::bvh;
 use crate::prepare::local_frame::LocalFrame;
@@ -19,12 +20,39 @@ pub(crate) struct Recipe {
     pub degenerate_normal: Option<DVec3>,
     /// Local radii of the spheres that single numbers serve.
     pub single_radii: RangeInclusive<f64>,
+    /// The scene with its large flat shapes cut into pieces, where it has two scales and such shapes.
+    pub cut: Option<Scene>,
+    /// As of `Near::largest`; 0 in a scene of one scale.
+    pub shape: f64,
 }
 
 impl Recipe {
     /// The sound one.
     pub fn of(scene: &Scene) -> Recipe {
-        Recipe::within(LocalFrame::of(scene), scene)
+        let recipe = Recipe::within(LocalFrame::of(scene), scene);
+        let Some(near) = recipe.local_frame.near else { return recipe };
+        let cut = cut::cut(scene, near.place());
+        let shape = near.largest(cut.as_ref().unwrap_or(scene));
+        Recipe { cut, shape, single_radii: near.single_radii(), ..recipe }
+    }
+
+    /// This recipe with the frame around everything and nothing cut: for rays that start anywhere, and for which no view
+    /// is near.
+    pub(crate) fn for_any_ray(self, scene: &Scene) -> Recipe {
+        let Some(near) = self.local_frame.near else { return self };
+        let whole = Recipe::within(LocalFrame::of_whole(scene), scene);
+        Recipe {
+            local_frame: whole.local_frame,
+            eye: if self.eye.is_finite() { whole.eye } else { self.eye },
+            single_radii: if self.single_radii == near.single_radii() {
+                SINGLE_RADII
+            } else {
+                self.single_radii
+            },
+            cut: None,
+            shape: 0.0,
+            ..self
+        }
     }
 
     fn within(local_frame: LocalFrame, scene: &Scene) -> Recipe {
@@ -34,6 +62,8 @@ impl Recipe {
             padding: bvh::PADDING,
             degenerate_normal: None,
             single_radii: SINGLE_RADII,
+            cut: None,
+            shape: 0.0,
         }
     }
 }
@@ -51,6 +81,8 @@ mod planted {
         pub(crate) fn planted(defect: Defect) -> fn(&crate::scene::Scene) -> Recipe {
             match defect {
                 Defect::WorldFrame => |scene| Recipe::within(world(&LocalFrame::of(scene)), scene),
+                Defect::OneFrame => |scene| Recipe::within(LocalFrame::of_whole(scene), scene),
+                Defect::Uncut => |scene| Recipe { cut: None, ..Recipe::of(scene) },
                 Defect::EyeInAir => |scene| Recipe { eye: DVec3::INFINITY, ..Recipe::of(scene) },
                 Defect::TightBoxes => |scene| Recipe { padding: 0.0, ..Recipe::of(scene) },
                 Defect::KeepDegenerate => {
@@ -69,6 +101,6 @@ mod planted {
             lo: local.center + DVec3::from(back(local.bounds.lo)),
             hi: local.center + DVec3::from(back(local.bounds.hi)),
         };
-        LocalFrame { center: DVec3::ZERO, scale_log2: 0, bounds }
+        LocalFrame { center: DVec3::ZERO, scale_log2: 0, bounds, near: None }
     }
 }

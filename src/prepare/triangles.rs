@@ -1,5 +1,4 @@
-//! A scene's triangles by number: polygons fanned from their first corner, then meshes, in the scene's
-//! order. Computed from the scene whenever one is asked for: twice is cheaper than storing them.
+//! A scene's triangles by number: those of polygons, then those of meshes, in the scene's order. Computed from the scene whenever one is asked for: twice is cheaper than storing them.
 
 use super::rounding::{Rounding, normalized};
 use super::solids::Solid;
@@ -34,8 +33,8 @@ pub(super) struct Triangles<'a> {
     round: Rounding,
     /// As in `Recipe`.
     degenerate_normal: Option<DVec3>,
-    /// Polygon, and the second of its corners, of each triangle that is of a polygon.
-    fans: Vec<(u32, u32)>,
+    /// Polygon, and number in it, of each triangle that is of a polygon.
+    of_polygons: Vec<(u32, u32)>,
     /// Number of each mesh's first triangle, and one past the last.
     starts: Vec<usize>,
     /// Solid that a mesh bounds where it refracts, from 1.
@@ -77,18 +76,18 @@ impl<'a> Triangles<'a> {
         let others =
             scene.polygons.iter().map(|p| p.material).chain(scene.spheres.iter().map(|s| s.material));
         others.for_each(|m| used[m] = true);
-        let mut fans = Vec::new();
+        let mut of_polygons = Vec::new();
         for (i, p) in scene.polygons.iter().enumerate() {
-            fans.extend((1..p.vertices.len() as u32 - 1).map(|second| (i as u32, second)));
+            of_polygons.extend((0..p.triangle_count() as u32).map(|k| (i as u32, k)));
         }
-        let (mut start, mut starts, mut own) = (fans.len(), Vec::new(), Vec::new());
+        let (mut start, mut starts, mut own) = (of_polygons.len(), Vec::new(), Vec::new());
         let mut any_smooth = false;
         for mesh in &scene.meshes {
             let census = Census::of(mesh);
-            census.materials.iter().for_each(|(m, _)| used[*m] = true);
+            census.materials.keys().for_each(|m| used[*m] = true);
             any_smooth |= census.smooth;
             let first_refracting =
-                census.materials.iter().filter(|(m, _)| refracts[*m]).min_by_key(|(_, first)| *first);
+                census.materials.iter().filter(|(m, _)| refracts[**m]).min_by_key(|(_, first)| **first);
             own.push(first_refracting.map_or(0, |(material, _)| {
                 let bounds = mesh_bounds(mesh, &map);
                 solids.push(Solid {
@@ -110,7 +109,7 @@ impl<'a> Triangles<'a> {
             map,
             round,
             degenerate_normal,
-            fans,
+            of_polygons,
             starts,
             solids: own,
             refracts,
@@ -126,16 +125,18 @@ impl<'a> Triangles<'a> {
 
     fn get(&self, id: u32) -> Flat {
         let id = id as usize;
-        if let Some((polygon, second)) = self.fans.get(id) {
-            let (p, i) = (&self.scene.polygons[*polygon as usize], *second as usize);
+        if let Some((polygon, k)) = self.of_polygons.get(id) {
+            let p = &self.scene.polygons[*polygon as usize];
+            let [a, b, c] = p.triangle(*k as usize);
+            let inner = |from: usize, to: usize| (from + 1) % p.vertices.len() != to;
             return Flat {
-                corners: [0, i, i + 1].map(|i| self.map.point(p.vertices[i])),
+                corners: [a, b, c].map(|i| self.map.point(p.vertices[i])),
                 normal: Some(p.normal),
                 smooth: None,
                 material: p.material,
                 solid: 0,
-                inner_edges: if i > 1 { abi::INNER_AB } else { 0 }
-                    | if i + 2 < p.vertices.len() { abi::INNER_CA } else { 0 },
+                inner_edges: if inner(a, b) { abi::INNER_AB } else { 0 }
+                    | if inner(c, a) { abi::INNER_CA } else { 0 },
             };
         }
         let at = self.starts.partition_point(|start| *start <= id) - 1;
@@ -259,7 +260,7 @@ fn mesh_bounds(mesh: &Mesh, map: &PointMap) -> Bounds {
 #[derive(Default)]
 struct Census {
     /// Materials, and the first face of each.
-    materials: Vec<(usize, usize)>,
+    materials: HashMap<usize, usize>,
     smooth: bool,
 }
 
@@ -286,9 +287,7 @@ impl Census {
     }
 
     fn add(&mut self, material: usize, first: usize) {
-        if !self.materials.iter().any(|(m, _)| *m == material) {
-            self.materials.push((material, first));
-        }
+        self.materials.entry(material).or_insert(first);
     }
 }
 

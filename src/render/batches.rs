@@ -1,24 +1,29 @@
 //! One render in progress: tiles, batches, submits.
 
+use super::parts::{Again, Parts};
 use super::tally::Tally;
 use super::upload::uploads;
 use super::{Observer, RenderError};
 use crate::kernel::abi::{self, Buf, DepthCount, Film, Mark};
 use crate::plan::Plan;
-use crate::plan::dispatches::{Batch, Step, dispatches};
+use crate::plan::dispatches::{Batch, FIRST_REACH, Step, dispatches_to};
 use crate::plan::passes::Size;
-use crate::plan::tiles::{self, Tile};
+use crate::plan::tiles::Tile;
 use crate::prepare::Packed;
 use crate::report::test_counts::tests_of;
 use crate::report::timeline::Submit;
 use crate::settings::Settings;
-use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, VkError};
+use crate::vk::{Buffers, DISPATCHES_MAX, Device, Dispatch, Pipelines, Recorder, Timed, VkError};
 use std::ops::Range;
 use std::rc::Rc;
 
 /// Device time of one submit to aim at: well under the two seconds after which some systems take a
 /// device for hung, and often enough for a progress bar.
 const SUBMIT_SECONDS: f64 = 0.25;
+
+/// By how much the depths that are dispatched grow when a ray gets beyond them: from 16 to the greatest, 1,024, in three
+/// submits in vain, which together hold a third of the greatest's dispatches.
+const REACH_FACTOR: u32 = 4;
 
 /// What poisoned buffers hold.
 const QUIET_NAN: u32 = 0x7fc0_0000;
@@ -39,26 +44,8 @@ const TRANSIENT: &[Buf] = &[
     Buf::Contributions,
     Buf::SampleRadiance,
     Buf::Paths,
+    Buf::Walks,
 ];
-
-/// The pixels rendered so far: whole tiles, and the tile that was cut short.
-pub(super) struct Drawn {
-    /// The region's pixels, linear.
-    pub(super) linear: Vec<[f32; 3]>,
-    /// Rectangles with all their samples.
-    pub(super) finished: Vec<Tile>,
-    /// Counts and times of the finished rectangles.
-    pub(super) tally: Tally,
-}
-
-impl Drawn {
-    /// Nothing yet.
-    pub(super) fn new(settings: &Settings) -> Drawn {
-        let [x0, y0, x1, y1] = settings.region();
-        let pixels = (x1 - x0) as usize * (y1 - y0) as usize;
-        Drawn { linear: vec![[0.0; 3]; pixels], finished: Vec::new(), tally: Tally::default() }
-    }
-}
 
 /// Pixels that are traced together: a tile, or a list.
 #[derive(Debug, Clone, Copy)]
@@ -86,17 +73,22 @@ impl Part {
 
 /// The batches of a plan: its buffers and recorder, and the batch size that fits the scene.
 pub(crate) struct Batches {
+    pub(super) device: Rc<Device>,
     pub(crate) pipelines: Rc<Pipelines>,
+    /// For batches whose walks do not end in one dispatch, from the first of them on.
+    pub(crate) parts: Option<Box<Parts>>,
     pub(crate) buffers: Buffers,
     pub(crate) recorder: Recorder,
     pub(super) settings: Settings,
     pub(super) plan: Plan,
     lights: u32,
     pub(super) batch_samples: u32,
+    /// Passes of greater depths are not dispatched, until a ray gets there.
+    reach: u32,
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
-    pub(super) poison: bool,
+    pub(super) poisoned: bool,
     /// Submits so far, where they are to be kept; each then holds one batch.
     pub(super) trace: Option<Vec<Submit>>,
 }
@@ -126,6 +118,8 @@ impl Batches {
             })?;
         }
         Ok(Batches {
+            device: Rc::clone(device),
+            parts: None,
             pipelines,
             buffers,
             recorder,
@@ -133,8 +127,9 @@ impl Batches {
             plan: plan.clone(),
             lights: plan.specialisation.light_count,
             batch_samples: plan.batch_samples,
+            reach: FIRST_REACH,
             rate: 0.0,
-            poison: false,
+            poisoned: false,
             trace: None,
         })
     }
@@ -157,53 +152,20 @@ impl Batches {
         (self.batch_samples, self.rate) = (self.plan.batch_samples, 0.0);
     }
 
-    /// The tiles that `drawn` lacks, until done or cancelled. Gives the share of samples done and what
-    /// the tile that was cut short counted.
-    pub(super) fn render(
+    /// Puts a tile whose queue overflowed, and the samples that it has, back to `work`, for smaller batches or in
+    /// halves.
+    pub(super) fn retry(
         &mut self,
-        drawn: &mut Drawn,
-        observer: &mut dyn Observer,
-    ) -> Result<(f64, Tally), RenderError> {
-        let region = self.settings.region();
-        let total = drawn.linear.len() as u64 * u64::from(self.settings.samples);
-        let mut work = tiles::remaining(tiles::tiles(region, self.plan.tile_pixels), &drawn.finished);
-        let pixels: u64 = drawn.finished.iter().map(|t| u64::from(t.pixels())).sum();
-        let mut done = pixels * u64::from(self.settings.samples);
-        let mut cut = Tally::default();
-        while let Some(tile) = work.pop() {
-            match self.samples(&Part::from(&tile), 0..self.settings.samples, observer, done, total)? {
-                End::Done(samples, tally) => {
-                    let (film, _) = self.film(tile.pixels())?;
-                    let sums = self.plan.specialisation.film_sums() as usize;
-                    for (pixel, at) in film.chunks(sums).zip(tile.offsets(region)) {
-                        drawn.linear[at] = mean(pixel, samples);
-                    }
-                    done += u64::from(tile.pixels()) * u64::from(samples);
-                    if samples < self.settings.samples {
-                        cut = tally;
-                        break;
-                    }
-                    tiles::push(&mut drawn.finished, tile);
-                    drawn.tally.add(&tally);
-                }
-                End::Overflow => self.retry(tile, &mut work)?,
-            }
-            if observer.cancelled() && !work.is_empty() {
-                break;
-            }
-        }
-        Ok((done as f64 / total as f64, cut))
-    }
-
-    /// Puts a tile whose queue overflowed back to `work`, for smaller batches or in halves.
-    pub(super) fn retry(&mut self, tile: Tile, work: &mut Vec<Tile>) -> Result<(), RenderError> {
+        (tile, samples): (Tile, u32),
+        work: &mut Vec<(Tile, u32)>,
+    ) -> Result<(), RenderError> {
         if self.batch_samples > 1 {
             self.batch_samples /= 2;
-            work.push(tile);
+            work.push((tile, samples));
             return Ok(());
         }
         let halves = tile.halves().ok_or_else(|| self.pixel_too_deep(tile.x, tile.y))?;
-        work.extend(halves.into_iter().rev());
+        work.extend(halves.into_iter().rev().map(|half| (half, samples)));
         Ok(())
     }
 
@@ -238,14 +200,17 @@ impl Batches {
         }
         let pixels = u64::from(part.pixels);
         let mut tally = Tally { tiles: 1, pixels, ..Tally::default() };
+        let last_depth = self.plan.max_depth.last_depth(self.settings.depth, self.settings.cutoff);
         let mut first = samples.start;
         while first < samples.end {
+            // A submit with a walk that does not end, or with rays beyond its passes, is void, but it has changed the film.
+            let may_be_void = self.parts.is_some() || self.reach < last_depth;
+            let held = match first > samples.start && may_be_void {
+                true => Some(self.film(part.pixels)?),
+                false => None,
+            };
             self.recorder.begin()?;
-            if self.poison {
-                for buffer in TRANSIENT {
-                    self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
-                }
-            }
+            self.poison();
             if first == samples.start {
                 if film.is_none() {
                     self.recorder.fill(&self.buffers, Buf::Film, 0);
@@ -256,7 +221,7 @@ impl Batches {
             self.recorder.fill(&self.buffers, Buf::Counters, 0);
             let begin = first;
             let most = self.samples_per_submit(part);
-            let mut per_batch = 0;
+            let (mut per_batch, mut batches) = (0, 0);
             while first < samples.end
                 && (first == begin || first - begin < most)
                 && self.recorder.dispatches() + per_batch <= DISPATCHES_MAX
@@ -266,28 +231,78 @@ impl Batches {
                 self.batch(part, first..first + batch, samples.clone(), self.settings.depth)?;
                 per_batch = self.recorder.dispatches() - before;
                 first += batch;
-                tally.batches += 1;
+                batches += 1;
             }
-            let counts = self.buffers.bytes(Buf::DepthCounts);
-            self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
-            self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
-            let timed = self.recorder.submit(&self.buffers)?;
+            self.download_counts();
+            let timed = match self.recorder.submit(&self.buffers) {
+                // Nothing of this part can be read any more.
+                Err(VkError::Interrupted { .. }) => return Ok(End::Done(0, tally)),
+                timed => timed?,
+            };
             self.note(u64::from(first - begin) * pixels, pixels, &timed);
-            if self.read_counts(&mut tally) {
-                return Ok(End::Overflow);
+            if self.reach < last_depth && self.goes_beyond_reach() {
+                self.reach = self.reach.saturating_mul(REACH_FACTOR);
+                tally.add_timings(&timed);
+                match &held {
+                    Some((film, marks)) => self.restore(Some(film), marks)?,
+                    None => self.restore(film, &[])?,
+                }
+                first = begin;
+                continue;
             }
-            let traced = u64::from(first - begin) * pixels;
-            tally.depths[0][0] += traced;
-            tally.samples += traced;
-            tally.add_timings(&timed);
-            let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
-            self.rate = seconds / traced as f64;
+            if self.read_counter(abi::COUNTER_UNFINISHED) != 0 {
+                let (from, film, marks) = match held {
+                    Some((film, marks)) => (begin, Some(film), Some(marks)),
+                    None => (samples.start, film.map(<[Film]>::to_vec), None),
+                };
+                if from < begin {
+                    tally = Tally { tiles: 1, pixels, ..Tally::default() };
+                }
+                let again = Again { part, samples: from..first, range: samples.clone(), film, marks };
+                let done = done + u64::from(from - samples.start) * pixels;
+                match self.samples_again(again, &mut tally, observer, done, total)? {
+                    None => return Ok(End::Overflow),
+                    Some(end) if end < first => return Ok(End::Done(end - samples.start, tally)),
+                    Some(_) => {}
+                }
+            } else if self.read_overflow() {
+                return Ok(End::Overflow);
+            } else {
+                self.add_counts(&mut tally);
+                tally.batches += batches;
+                self.add_traced(&mut tally, u64::from(first - begin) * pixels, &timed);
+            }
             observer.progress(done + u64::from(first - samples.start) * pixels, total);
             if observer.cancelled() {
                 break;
             }
         }
         Ok(End::Done(first - samples.start, tally))
+    }
+
+    /// True if rays were left for a depth whose passes were not dispatched, by the counts that were downloaded.
+    fn goes_beyond_reach(&mut self) -> bool {
+        let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
+        let depths = &self.buffers.staging_bytes()[..bytes];
+        // Depth d stands at d - 1.
+        let beyond = depths.chunks_exact(size_of::<DepthCount>()).nth(self.reach as usize);
+        beyond.is_some_and(|d| bytemuck::pod_read_unaligned::<DepthCount>(d).traced != 0)
+    }
+
+    /// Puts the sums of pixels and their marks in place; what is not given is nothing.
+    pub(super) fn restore(&mut self, film: Option<&[Film]>, marks: &[Mark]) -> Result<(), VkError> {
+        self.recorder.begin()?;
+        for buffer in [Buf::Film, Buf::Marks] {
+            self.recorder.fill(&self.buffers, buffer, 0);
+        }
+        self.recorder.submit(&self.buffers)?;
+        if let Some(film) = film {
+            self.recorder.upload(&mut self.buffers, Buf::Film, bytemuck::cast_slice(film))?;
+        }
+        if !marks.is_empty() {
+            self.recorder.upload(&mut self.buffers, Buf::Marks, bytemuck::cast_slice(marks))?;
+        }
+        Ok(())
     }
 
     /// Samples of a pixel in the next submit: one batch until the pace is known, then as many as
@@ -302,30 +317,75 @@ impl Batches {
         (SUBMIT_SECONDS / per_sample).min(counted).max(1.0) as u32
     }
 
-    /// Adds the submit's counts; true if a queue was too small.
-    fn read_counts(&mut self, tally: &mut Tally) -> bool {
+    /// Fills what the kernels write with NaN, if it is to be.
+    pub(super) fn poison(&mut self) {
+        if self.poisoned {
+            for buffer in TRANSIENT {
+                self.recorder.fill(&self.buffers, *buffer, QUIET_NAN);
+            }
+        }
+    }
+
+    /// Records that the counts go to the staging buffer.
+    pub(super) fn download_counts(&mut self) {
+        let counts = self.buffers.bytes(Buf::DepthCounts);
+        self.recorder.download(&self.buffers, Buf::DepthCounts, counts, 0);
+        self.recorder.download(&self.buffers, Buf::Counters, self.buffers.bytes(Buf::Counters), counts);
+    }
+
+    /// One of the counters that were downloaded.
+    fn read_counter(&mut self, counter: u32) -> u32 {
+        let at = self.buffers.bytes(Buf::DepthCounts) as usize + 4 * counter as usize;
+        bytemuck::pod_read_unaligned(&self.buffers.staging_bytes()[at..at + 4])
+    }
+
+    /// True if a queue was too small, by the counts that were downloaded.
+    pub(super) fn read_overflow(&mut self) -> bool {
+        self.read_counter(abi::COUNTER_QUEUE_OVERFLOW) != 0
+    }
+
+    /// Adds samples and their times, from which the next submit is sized.
+    pub(super) fn add_traced(&mut self, tally: &mut Tally, traced: u64, timed: &[Timed]) {
+        tally.depths[0][0] += traced;
+        tally.samples += traced;
+        tally.add_timings(timed);
+        let seconds: f64 = timed.iter().map(|t| t.seconds).sum();
+        self.rate = seconds / traced as f64;
+    }
+
+    /// Adds the counts that were downloaded.
+    pub(super) fn add_counts(&mut self, tally: &mut Tally) {
         let bytes = self.buffers.bytes(Buf::DepthCounts) as usize;
         let end = bytes + self.buffers.bytes(Buf::Counters) as usize;
         let staging = self.buffers.staging_bytes();
         let depths: Vec<DepthCount> = bytemuck::pod_collect_to_vec(&staging[..bytes]);
         let counters: Vec<u32> = bytemuck::pod_collect_to_vec(&staging[bytes..end]);
-        if counters[abi::COUNTER_QUEUE_OVERFLOW as usize] != 0 {
-            return true;
-        }
         let counted = Tally {
             depths: depths
                 .iter()
                 .map(|d| [d.traced, d.reflections, d.refractions, d.shadow].map(u64::from))
                 .collect(),
-            counters: std::array::from_fn(|i| u64::from(counters[i])),
+            // Walks that went on have ended.
+            counters: std::array::from_fn(|i| match i as u32 {
+                abi::COUNTER_UNFINISHED => 0,
+                _ => u64::from(counters[i]),
+            }),
             tests: tests_of(&counters),
             ..Tally::default()
         };
         tally.add(&counted);
-        false
     }
 
-    /// Records the dispatches for `samples` of every pixel of `part`, some of the `range` that the film sums.
+    /// `samples` of every pixel of `part`, some of the `range` that the film sums.
+    pub(super) fn batch_of(&self, part: &Part, samples: Range<u32>, range: Range<u32>, depth: u32) -> Batch {
+        let Part { x, y, width, pixels } = *part;
+        let (first_sample, samples) = (samples.start, samples.end - samples.start);
+        let range = (range.start, range.end - range.start);
+        let last_depth = self.plan.max_depth.last_depth(depth, self.settings.cutoff);
+        Batch { x, y, width, pixels, first_sample, samples, range, last_depth }
+    }
+
+    /// Records the dispatches of [`Batches::batch_of`].
     fn batch(
         &mut self,
         part: &Part,
@@ -333,18 +393,15 @@ impl Batches {
         range: Range<u32>,
         depth: u32,
     ) -> Result<(), VkError> {
-        let Part { x, y, width, pixels } = *part;
-        let (first_sample, samples) = (samples.start, samples.end - samples.start);
-        let range = (range.start, range.end - range.start);
-        let last_depth = self.plan.max_depth.last_depth(depth, self.settings.cutoff);
-        let batch = Batch { x, y, width, pixels, first_sample, samples, range, last_depth };
+        let batch = self.batch_of(part, samples, range, depth);
+        let pixels = part.pixels;
         let (push, queue) = (batch.push(&self.plan, &self.settings), batch.first_queue(&self.plan));
         self.recorder.update(&self.buffers, Buf::Queue, bytemuck::cast_slice(&[queue]))?;
-        for step in dispatches(&self.plan, last_depth) {
+        for step in dispatches_to(&self.plan, batch.last_depth, self.reach) {
             let items = match step.pass.size {
                 Size::Samples => batch.rays(),
                 Size::Pixels => pixels,
-                Size::Rays | Size::One => 0,
+                Size::Rays | Size::Walks | Size::One => 0,
             };
             let Step { pass, depth, .. } = step;
             let dispatch = Dispatch { pass, depth, push: step.push(push), items };

@@ -24,6 +24,9 @@ pub enum RenderError {
     /// The device stopped answering.
     #[error(transparent)]
     DeviceLost(VkError),
+    /// An interrupt ended the wait for a driver; the process is about to end.
+    #[error(transparent)]
+    Interrupted(VkError),
     /// The device has less free memory than the plan needs.
     #[error(transparent)]
     OutOfMemory(VkError),
@@ -65,6 +68,7 @@ impl From<VkError> for RenderError {
         match error {
             VkError::NoLoader(_) | VkError::NoDevice(_) => RenderError::NoDevice(error),
             VkError::Lost { .. } => RenderError::DeviceLost(error),
+            VkError::Interrupted { .. } => RenderError::Interrupted(error),
             VkError::Memory { .. } => RenderError::OutOfMemory(error),
             VkError::TooLong { .. } | VkError::Call { .. } => RenderError::Vulkan(error),
         }

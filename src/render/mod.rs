@@ -2,14 +2,18 @@
 
 mod batches;
 mod convergence;
+mod draw;
 mod error;
+mod film;
 mod identity;
+mod merge;
+mod parts;
 mod pixel_tests;
+mod precision;
 mod prepared;
 mod resume_state;
 pub mod samples;
 pub mod self_test;
-mod stages;
 mod submit_log;
 mod survey;
 mod tally;
@@ -19,10 +23,12 @@ mod upload;
 pub(crate) use batches::mean;
 pub use convergence::Convergence;
 pub use error::RenderError;
+pub use film::Sums;
 pub use identity::{Identity, Mismatch};
+pub use merge::{Merge, MergeError};
 pub(crate) use prepared::Built;
 pub use prepared::Prepared;
-pub use resume_state::{Kind, Payload, ResumeState, Tiles};
+pub use resume_state::{Kind, Payload, ResumeState, State};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 
@@ -31,6 +37,7 @@ use crate::image::{self, SaveError, View};
 use crate::kernel::defects::Defect;
 use crate::kernel::table::{Kernel, KernelSet};
 use crate::plan::explain::explain;
+use crate::plan::host_memory::{self, HostWork};
 use crate::plan::{Plan, PlannedScene, Purpose};
 use crate::prepare::Recipe;
 use crate::prepare::local_frame::LocalFrame;
@@ -40,6 +47,7 @@ use crate::scene::Scene;
 use crate::settings::{DeviceChoice, Precision, Settings};
 use crate::vk::{Device, Pipelines};
 pub(crate) use batches::Batches;
+use precision::Chosen;
 use self_test::SelfTest;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -60,8 +68,8 @@ pub struct Rendered {
     /// Everything that was counted and timed, the earlier part of a resumed render included. The image has no file
     /// name yet.
     pub report: Report,
-    /// What [`Renderer::resume`] needs to go on, if the render was interrupted after its first tile.
-    pub unfinished: Option<ResumeState<Tiles>>,
+    /// What [`Renderer::resume`] needs to go on, and [`Renderer::more`] to add samples; absent if there is no sample.
+    pub state: Option<ResumeState<Sums>>,
 }
 
 impl Rendered {
@@ -83,12 +91,18 @@ pub trait Observer {
     /// True once the render should stop after the submit in flight.
     fn cancelled(&self) -> bool;
     /// True to be given the image on its way, by [`Observer::image`]. A render with fixed settings then traces the whole
-    /// image with 1, 2, 4, ... samples a pixel, up to the same bits as otherwise; one that is resumed gives none.
+    /// image with 1, 2, 4, ... samples a pixel, up to the same bits as otherwise.
     fn watches(&self) -> bool {
         false
     }
     /// The image so far, after each round of samples, where [`Observer::watches`] is true; the last is the whole image.
     fn image(&mut self, _so_far: &ImageSoFar<'_>) {}
+    /// True to be given the state of the render soon, by [`Observer::keep`].
+    fn wants_state(&self) -> bool {
+        false
+    }
+    /// The state of the render so far, from which it can go on if it ends now.
+    fn keep(&mut self, _state: &dyn State) {}
 }
 
 /// An image on its way.
@@ -171,27 +185,20 @@ impl Renderer {
         &self.arithmetic
     }
 
-    /// The settings that this device can keep, and why they differ from those asked for.
-    pub(crate) fn trusted(&self, asked: &Settings) -> (Settings, Vec<String>) {
-        let faults = self.arithmetic.single.faults();
-        if asked.precision != Precision::Robust || faults.is_empty() {
-            return (asked.clone(), Vec::new());
-        }
-        let why = faults.join("; ");
-        match self.arithmetic.double {
-            Some(double) if double.faults().is_empty() => (
-                Settings { precision: Precision::Double, ..asked.clone() },
-                vec![format!(
-                    "rendered in f64 because the f32 arithmetic of this device is unreliable: {why}"
-                )],
-            ),
-            _ => (
-                asked.clone(),
-                vec![format!(
-                    "error bounds may not hold: the f32 arithmetic of this device is unreliable: {why}"
-                )],
-            ),
-        }
+    /// The settings in force for `scene`, their precision settled, and what the user should know of it.
+    pub(crate) fn settled(&self, scene: &Scene, asked: &Settings) -> (Settings, Vec<String>) {
+        self.trusted(asked, &self.recipe(scene))
+    }
+
+    /// The settings that this device can keep for a scene packed by `recipe`, its precision settled, and what the user
+    /// should know of it.
+    pub(crate) fn trusted(&self, asked: &Settings, recipe: &Recipe) -> (Settings, Vec<String>) {
+        let (single, double) = (self.arithmetic.single.faults(), self.arithmetic.double);
+        let sound = double.is_some_and(|double| double.faults().is_empty());
+        let chosen = Chosen { single: &single, sound_double: sound && self.device.has_double() };
+        let near = recipe.local_frame.near.as_ref();
+        let near = near.filter(|near| !near.single_is_enough(recipe.shape, asked));
+        chosen.precision(asked, near.map(|near| (near, recipe.shape)))
     }
 
     /// Warnings and errors of the validation layer so far.
@@ -220,9 +227,9 @@ impl Renderer {
         (self.recipe)(scene)
     }
 
-    /// The local frame that the kernels see `scene` in.
+    /// The local frame of `scene` for rays that start anywhere.
     pub(crate) fn local_frame(&self, scene: &Scene) -> LocalFrame {
-        self.recipe(scene).local_frame
+        self.recipe(scene).for_any_ray(scene).local_frame
     }
 
     /// From now on renders with a mistake; with [`Defect::Nothing`] by the set of kernels that has all
@@ -260,7 +267,7 @@ impl Renderer {
     }
 
     /// Renders `scene` under an observer, which sees the progress and may cancel: [`Rendered::done`] is then below 1,
-    /// and [`Rendered::unfinished`] may hold what [`Renderer::resume`] continues from.
+    /// and [`Rendered::state`] holds what [`Renderer::resume`] continues from.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -283,10 +290,25 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        earlier: ResumeState<Tiles>,
+        earlier: ResumeState<Sums>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         self.prepare(scene, settings)?.resume(earlier, observer)
+    }
+
+    /// Adds samples to a finished picture of fewer, [`Rendered::state`]; the image is the same, bit for bit, as that of
+    /// one render of all samples. Rays and times are those of both together.
+    ///
+    /// # Errors
+    /// As [`Renderer::resume`]; also if `earlier` has more samples a pixel, or only one.
+    pub fn more(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        earlier: ResumeState<Sums>,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        self.prepare(scene, settings)?.more(earlier, observer)
     }
 
     /// Makes `scene` ready under `settings`, for one or several renders of the same image.
@@ -307,11 +329,14 @@ impl Renderer {
         purpose: Purpose,
     ) -> Result<Built, RenderError> {
         let start = Instant::now();
-        let (settings, warnings) = self.trusted(settings);
+        let recipe = self.recipe(scene);
+        let (settings, warnings) = self.trusted(settings, &recipe);
         self.check_precision(&settings)?;
+        if purpose == Purpose::Survey {
+            host_memory::check(settings.region(), HostWork::Image, 0, crate::host_memory::free())?;
+        }
         let limits = self.device.limits();
-        let planned =
-            PlannedScene::with(self.recipe(scene), scene, &settings, &limits, purpose, self.brute_force);
+        let planned = PlannedScene::with(recipe, scene, &settings, &limits, purpose, self.brute_force);
         Ok(Built::new(planned, warnings, start))
     }
 
@@ -323,6 +348,8 @@ impl Renderer {
 
     /// Compiles kernels and fills buffers for what [`Renderer::build`] planned.
     pub(crate) fn prepare_built(&mut self, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
+        let region = built.planned.settings.region();
+        host_memory::check(region, HostWork::Image, 0, crate::host_memory::free())?;
         Prepared::new(self, scene, built)
     }
 

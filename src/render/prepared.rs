@@ -1,9 +1,11 @@
 //! A scene made ready on a device: packed, planned, its kernels compiled, its buffers filled. Made once, by
 //! [`Renderer::prepare`]; rendering, resuming and trials start from it and may do so several times.
 
-use super::batches::{Batches, Drawn};
+use super::batches::Batches;
+use super::film::Drawn;
 use super::identity::Identity;
-use super::{Observer, Quiet, RenderError, Rendered, Renderer, ResumeState, Tiles};
+use super::tally::{self, Tally};
+use super::{Observer, Quiet, RenderError, Rendered, Renderer, ResumeState, Sums};
 use crate::image::linear_sha256;
 use crate::kernel::abi::double::Camera;
 use crate::plan::explain::explain;
@@ -11,7 +13,7 @@ use crate::plan::{Plan, PlannedScene};
 use crate::prepare::{Packed, coincident_solids};
 use crate::report::explain::ExplainedPlan;
 use crate::report::timeline::{Phase, RenderTimeline};
-use crate::report::{DeviceInfo, TimeInfo};
+use crate::report::{DeviceInfo, Report, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use std::time::{Duration, Instant};
@@ -26,6 +28,8 @@ pub struct Prepared {
     pub(super) warnings: Vec<String>,
     /// The scene's file, as given.
     pub(super) file: String,
+    /// The scene's notes, a line each.
+    notes: Vec<String>,
     /// Time that went into reading the scene.
     pub(super) read: Duration,
     /// Time that went into packing and planning.
@@ -67,11 +71,12 @@ impl Prepared {
         let (pipelines, fresh) = renderer.pipelines(plan, settings.precision)?;
         let camera = planned.packed.camera(scene, settings);
         let mut batches = Batches::new(&renderer.device, pipelines, &planned.packed, camera, settings, plan)?;
-        batches.poison = renderer.poison;
+        batches.poisoned = renderer.poison;
         if fresh {
             batches.warm_up()?;
         }
         trace.phases.push(Phase::since(if fresh { "first dispatch" } else { "upload" }, start));
+        warnings.extend(renderer.device.notes().iter().cloned());
         warnings.extend(coincident_solids::warnings(scene));
         Ok(Prepared {
             batches,
@@ -80,6 +85,7 @@ impl Prepared {
             device: renderer.device.info(),
             warnings,
             file: scene.file.display().to_string(),
+            notes: scene.notes.lines(),
             read: scene.read_time.0,
             built: seconds,
             prepared: start.elapsed() + std::mem::take(&mut renderer.opened),
@@ -169,54 +175,96 @@ impl Prepared {
     /// As [`Prepared::render`]; also [`RenderError::Mismatch`] if `earlier` is of another render.
     pub fn resume(
         &mut self,
-        earlier: ResumeState<Tiles>,
+        earlier: ResumeState<Sums>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
         self.finish(Some(earlier), observer)
     }
 
-    fn finish(
+    /// Adds samples to a finished picture of fewer: the same bits as of one render of all samples. Rays and times are
+    /// those of both.
+    ///
+    /// # Errors
+    /// As [`Prepared::resume`]; also [`RenderError::Mismatch`] if `earlier` has more samples, or only one: that one lies
+    /// at the pixel's centre, where none of several does.
+    pub fn more(
         &mut self,
-        earlier: Option<ResumeState<Tiles>>,
+        mut earlier: ResumeState<Sums>,
         observer: &mut dyn Observer,
     ) -> Result<Rendered, RenderError> {
-        let in_rounds = observer.watches() && earlier.is_none();
-        let (mut drawn, before) = match earlier {
-            None => (Drawn::new(self.settings()), TimeInfo::default()),
-            Some(earlier) => earlier.into_drawn(&self.identity())?,
-        };
+        let now = self.settings().samples;
+        earlier.take_as_first(now)?;
+        self.finish(Some(earlier), observer)
+    }
+
+    /// Nothing drawn yet.
+    fn blank(&self) -> Drawn {
+        let mut outline = tally::outline(self.settings(), self.packed(), self.plan());
+        outline.device = self.device.clone();
+        outline.scene.file = self.file.clone();
+        outline.scene.notes = self.notes.clone();
+        outline.warnings = self.warnings.clone();
+        let (region, share) = (self.settings().region(), self.settings().schedule.share);
+        let sets = self.plan().specialisation.film_sums();
+        Drawn { sums: Sums::new(region, sets, share, outline), tally: Tally::default() }
+    }
+
+    fn finish(
+        &mut self,
+        earlier: Option<ResumeState<Sums>>,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, RenderError> {
+        let identity = self.identity();
+        let mut drawn = self.blank();
+        let mut time = TimeInfo::default();
+        if let Some(earlier) = earlier {
+            let (mut sums, tally, before) = earlier.into_parts(&identity)?;
+            sums.check(drawn.sums.share)?;
+            sums.outline = std::mem::take(&mut drawn.sums.outline);
+            drawn = Drawn { sums, tally };
+            time = before;
+        }
+        let preparation = self.read + self.built + self.prepared;
+        time.add(&TimeInfo {
+            wall: preparation.as_secs_f64(),
+            scene: self.read.as_secs_f64(),
+            build: self.built.as_secs_f64(),
+            first_dispatch: self.prepared.as_secs_f64(),
+            ..TimeInfo::default()
+        });
         let start = Instant::now();
         self.batches.begin();
-        let (done, cut) = match in_rounds {
-            true => self.batches.render_in_rounds(&mut drawn, observer)?,
-            false => self.batches.render(&mut drawn, observer)?,
-        };
-        let render = start.elapsed();
+        let done = self.batches.draw(&mut drawn, observer, &mut |drawn, observer| {
+            let mut state = state_of(std::mem::take(drawn), &identity, &time, start);
+            observer.keep(&state);
+            *drawn = Drawn { sums: std::mem::take(&mut state.payload), tally: state.tally };
+        })?;
         self.trace.phases.push(Phase::since("render", start));
         if let Some(submits) = &mut self.batches.trace {
             self.trace.submits.append(submits);
         }
-        let mut tally = drawn.tally.clone();
-        tally.add(&cut);
-        let mut report = tally.report(self.settings(), self.packed(), self.plan());
-        let preparation = self.read + self.built + self.prepared;
-        report.time = TimeInfo {
-            wall: before.wall + (preparation + render).as_secs_f64(),
-            scene: before.scene + self.read.as_secs_f64(),
-            build: before.build + self.built.as_secs_f64(),
-            first_dispatch: before.first_dispatch + self.prepared.as_secs_f64(),
-            device: report.passes.iter().map(|p| p.seconds).sum(),
-            render: before.render + render.as_secs_f64(),
-        };
-        let [x0, y0, x1, y1] = self.settings().region();
-        let unfinished = (done < 1.0 && !drawn.finished.is_empty()).then(|| {
-            let tiles = Tiles::of(&drawn, self.settings().region());
-            ResumeState::new(self.identity(), report.time.clone(), drawn.tally.clone(), tiles)
-        });
-        report.device = self.device.clone();
-        report.scene.file = self.file.clone();
-        report.image.linear_sha256 = linear_sha256(&drawn.linear);
-        report.warnings = self.warnings.clone();
-        Ok(Rendered { width: x1 - x0, height: y1 - y0, linear: drawn.linear, done, report, unfinished })
+        let state = state_of(drawn, &identity, &time, start);
+        Ok(rendered(state, done))
     }
+}
+
+/// The state of a render that began at `start`, after what took `before`.
+fn state_of(drawn: Drawn, identity: &Identity, before: &TimeInfo, start: Instant) -> ResumeState<Sums> {
+    let Drawn { sums, tally } = drawn;
+    let render = start.elapsed().as_secs_f64();
+    let mut time = before.clone();
+    time.add(&TimeInfo { wall: render, render, ..TimeInfo::default() });
+    time.device = tally.passes.values().map(|(_, seconds)| seconds).sum();
+    ResumeState::new(identity.clone(), time, tally, sums)
+}
+
+/// Image and report of a state of which the share `done` is there.
+pub(super) fn rendered(state: ResumeState<Sums>, done: f64) -> Rendered {
+    let linear = state.payload.linear();
+    let mut report = Report::clone(&state.payload.outline);
+    state.tally.fill(&mut report);
+    report.time = state.time.clone();
+    report.image.linear_sha256 = linear_sha256(&linear);
+    let [x0, y0, x1, y1] = report.settings.region();
+    Rendered { width: x1 - x0, height: y1 - y0, linear, done, report, state: (done > 0.0).then_some(state) }
 }

@@ -6,6 +6,7 @@ use crate::kernel::abi::{self, BUFFERS, Buf, Push, Specialisation};
 use crate::kernel::table::KernelSet;
 use crate::plan::element_bytes;
 use crate::plan::passes::SELF_TEST;
+use crate::report::ProgramInfo;
 use crate::settings::Precision;
 use crate::vk::{Buffers, Device, Dispatch, Pipelines, Recorder, VkError};
 use serde::{Deserialize, Serialize};
@@ -73,13 +74,15 @@ pub struct SelfTest {
 /// The verdict of an earlier run on this device and driver, or a new one.
 pub fn known(device: &Rc<Device>) -> Result<SelfTest, VkError> {
     let file = device.cache_file("self_test");
-    let stored = file.as_ref().and_then(|f| serde_json::from_slice(&std::fs::read(f).ok()?).ok());
-    if let Some(stored) = stored {
+    // What the verdict follows from: the test of this version, on this device under this driver.
+    let key = format!("{:?} {:?}", ProgramInfo::default(), device.info());
+    let stored = file.as_ref().and_then(|f| cache_folder::read(f, key.as_bytes()));
+    if let Some(stored) = stored.and_then(|json| serde_json::from_slice(&json).ok()) {
         return Ok(stored);
     }
     let fresh = run(device)?;
     if let (Some(file), Ok(json)) = (file, serde_json::to_vec(&fresh)) {
-        cache_folder::write(&file, &json);
+        cache_folder::write(&file, key.as_bytes(), &json);
     }
     Ok(fresh)
 }

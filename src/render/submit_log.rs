@@ -28,6 +28,7 @@ impl Batches {
                     Some(Size::Samples) => (Some(samples), Some(0)),
                     Some(Size::Pixels) => (Some(pixels), Some(0)),
                     Some(Size::Rays) => (at(t.depth), at(t.depth + 1)),
+                    Some(Size::Walks) => (at(t.depth), Some(0)),
                     Some(Size::One) => (Some(1), Some(0)),
                     None => (None, None),
                 };

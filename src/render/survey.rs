@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 /// Seconds of one part: a survey that is cancelled ends within about that time.
 const PART_SECONDS: f64 = 0.25;
-/// Samples of the first part where time is short and the pace is not known.
+/// Samples of the first part, while the pace is not known.
 const FIRST_SAMPLES: f64 = 2048.0;
 /// Share of the time left to a deadline that one part may take: so that it is kept where the next pixels take
 /// nearly twice as long as the last.
@@ -127,6 +127,30 @@ impl Survey {
         ResumeState::new(identity, TimeInfo::default(), self.tally.clone(), payload)
     }
 
+    /// Gives `observer` the state of a render that goes on; `time` is what earlier parts took, `start` when this one began.
+    /// Gives the payload back.
+    pub(crate) fn keep<P: Payload>(
+        &self,
+        observer: &mut dyn Observer,
+        mut time: TimeInfo,
+        start: Instant,
+        identity: &Identity,
+        payload: P,
+    ) -> P {
+        let (render, prepared) = (start.elapsed().as_secs_f64(), self.prepared().as_secs_f64());
+        let build = self.built().as_secs_f64();
+        time.add(&TimeInfo {
+            wall: build + prepared + render,
+            build,
+            first_dispatch: prepared,
+            render,
+            ..TimeInfo::default()
+        });
+        let state = ResumeState::new(identity.clone(), time, self.tally.clone(), payload);
+        observer.keep(&state);
+        state.payload
+    }
+
     /// Payload and times of an earlier state of the render `now`; its rays are counted here from now on.
     pub(crate) fn take_up<P: Payload>(
         &mut self,
@@ -153,6 +177,27 @@ impl Survey {
         pixels: &[u32],
         samples: Range<u32>,
         observer: &mut dyn Observer,
+    ) -> Result<Traced, RenderError> {
+        self.trace_while(pixels, samples, observer, |_| true)
+    }
+
+    /// As [`Survey::trace`], until a state is wanted, too.
+    pub(crate) fn trace_some(
+        &mut self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+    ) -> Result<Traced, RenderError> {
+        self.trace_while(pixels, samples, observer, |observer| !observer.wants_state())
+    }
+
+    /// Traces parts as long as `go_on` is true.
+    fn trace_while(
+        &mut self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        observer: &mut dyn Observer,
+        go_on: fn(&dyn Observer) -> bool,
     ) -> Result<Traced, RenderError> {
         let replicates = self.replicates();
         let mut traced = Traced {
@@ -204,7 +249,7 @@ impl Survey {
                     parts.extend([second, first]);
                 }
             }
-            if observer.cancelled() {
+            if observer.cancelled() || !go_on(&observer) {
                 break;
             }
         }
@@ -216,9 +261,8 @@ impl Survey {
         let most = self.prepared.batches.plan.tile_pixels as usize;
         let left = self.deadline.map(|d| d.saturating_duration_since(Instant::now()).as_secs_f64());
         let samples = match (self.pace, left) {
-            (None, None) => return most,
             (None, Some(left)) if left <= 0.0 => return 0,
-            (None, Some(_)) => return ((FIRST_SAMPLES / each as f64) as usize).clamp(1, most),
+            (None, _) => return ((FIRST_SAMPLES / each as f64) as usize).clamp(1, most),
             (Some((sample, _)), None) => PART_SECONDS / sample,
             // Even few samples take as long as the shortest part.
             (Some((_, shortest)), Some(left)) if left < 1.5 * shortest => return 0,
@@ -247,6 +291,10 @@ impl Observer for InTime<'_> {
 
     fn cancelled(&self) -> bool {
         self.observer.cancelled() || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    fn wants_state(&self) -> bool {
+        self.observer.wants_state()
     }
 }
 

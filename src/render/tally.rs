@@ -3,10 +3,11 @@
 use crate::kernel::abi;
 use crate::kernel::table::Kernel;
 use crate::plan::Plan;
-use crate::plan::passes::Size;
+use crate::plan::passes::{self, Size};
 use crate::prepare::Packed;
 use crate::report::test_counts::{KindTests, TestCounts};
 use crate::report::{Counters, LocalFrameInfo, PassInfo, PlanInfo, RayInfo, Report, SceneInfo, SettingsInfo};
+use crate::scene::MAX_DEPTH;
 use crate::settings::Settings;
 use crate::vk::Timed;
 use serde::{Deserialize, Serialize};
@@ -46,13 +47,37 @@ mod rows {
     }
 }
 
+/// No count of a sound tally is as large: sums over all depths and passes then fit 64 bits.
+const LIMIT: u64 = 1 << 50;
+/// Most rows of depths, of any plan.
+const DEPTHS: usize = MAX_DEPTH as usize + 1;
+
 impl Tally {
+    /// True if a render can have counted it: what was read from a file need not be so.
+    pub(super) fn is_sound(&self) -> bool {
+        let rows = self.passes.iter().all(|((depth, place), (launches, seconds))| {
+            *depth <= DEPTHS as u32
+                && *place < passes::all().count()
+                && *launches < LIMIT
+                && (0.0..LIMIT as f64).contains(seconds)
+        });
+        let tests = self.tests.as_flattened().as_flattened();
+        let counts = self.depths.as_flattened().iter().chain(tests).chain(&self.counters).chain([
+            &self.tiles,
+            &self.batches,
+            &self.samples,
+            &self.pixels,
+        ]);
+        let depths = self.depths.len().max(self.tests.len()) <= DEPTHS;
+        rows && depths && counts.into_iter().all(|count| *count < LIMIT)
+    }
+
     pub(super) fn add(&mut self, other: &Tally) {
         if self.depths.len() < other.depths.len() {
             self.depths.resize(other.depths.len(), [0; 4]);
         }
         for (a, b) in self.depths.iter_mut().zip(&other.depths) {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a.iter_mut().zip(b).for_each(|(a, b)| *a = a.saturating_add(*b));
         }
         if self.tests.len() < other.tests.len() {
             self.tests.resize(other.tests.len(), KindTests::default());
@@ -83,45 +108,31 @@ impl Tally {
         }
     }
 
+    /// The report of a render that counted this.
     pub(super) fn report(&self, settings: &Settings, packed: &Packed, plan: &Plan) -> Report {
-        let mut report = Report {
-            scene: SceneInfo {
-                file: String::new(),
-                triangles: packed.scene_features.triangles,
-                spheres: packed.scene_features.spheres,
-                lights: packed.scene_features.lights,
-                local_frame: LocalFrameInfo {
-                    center: packed.local_frame.center.to_array(),
-                    scale_log2: packed.local_frame.scale_log2,
-                },
-            },
-            settings: SettingsInfo::of(settings),
-            plan: PlanInfo {
-                features: plan.features.iter().map(|f| (*f).to_owned()).collect(),
-                bytes: plan.bytes(),
-                tiles: self.tiles,
-                batches: self.batches,
-            },
-            counters: Counters {
-                degenerate_triangles: packed.degenerate_triangles,
-                nan_rays: self.counters[abi::COUNTER_NAN_RAYS as usize],
-                clamped_lights: self.counters[abi::COUNTER_CLAMPED_LIGHTS as usize],
-                stack_overflow: self.counters[abi::COUNTER_STACK_OVERFLOW as usize],
-                loop_cap: self.counters[abi::COUNTER_LOOP_CAP as usize],
-                media_overflow: self.counters[abi::COUNTER_MEDIA_OVERFLOW as usize]
-                    + packed.eye_media_dropped,
-            },
-            ..Report::default()
-        };
+        let mut report = outline(settings, packed, plan);
+        self.fill(&mut report);
+        report
+    }
+
+    /// Puts the counts and times into a report that has none.
+    pub(super) fn fill(&self, report: &mut Report) {
+        (report.plan.tiles, report.plan.batches) = (self.tiles, self.batches);
+        let count = |of: u32| self.counters[of as usize];
+        report.counters.nan_rays += count(abi::COUNTER_NAN_RAYS);
+        report.counters.clamped_lights += count(abi::COUNTER_CLAMPED_LIGHTS);
+        report.counters.stack_overflow += count(abi::COUNTER_STACK_OVERFLOW);
+        report.counters.loop_cap += count(abi::COUNTER_LOOP_CAP);
+        report.counters.media_overflow += count(abi::COUNTER_MEDIA_OVERFLOW);
         report.rays = RayInfo::of(&self.depths);
-        report.tests = (plan.specialisation.counting != 0).then(|| TestCounts::of(&report.rays, &self.tests));
+        report.tests = report.tests.take().map(|_| TestCounts::of(&report.rays, &self.tests));
         let mut rows: Vec<_> = self.passes.iter().collect();
         rows.sort_by_key(|((depth, place), _)| (row_group(*depth, *place), *depth, *place));
         for ((depth, place), (launches, seconds)) in rows {
-            let pass = crate::plan::passes::all().nth(*place).expect("a place is a row of the pass table");
+            let Some(pass) = passes::all().nth(*place) else { continue };
             let at = self.depths.get((*depth).max(1) as usize - 1).map_or(0, |d| d[0]);
             let items = match pass.size {
-                Size::Rays => at,
+                Size::Rays | Size::Walks => at,
                 Size::Samples => self.samples,
                 Size::Pixels => self.pixels,
                 Size::One => *launches,
@@ -134,13 +145,43 @@ impl Tally {
                 items,
             });
         }
-        report
+    }
+}
+
+/// What a report says of a render before any ray is traced; `tests` is there if tests are counted.
+pub(super) fn outline(settings: &Settings, packed: &Packed, plan: &Plan) -> Report {
+    Report {
+        scene: SceneInfo {
+            file: String::new(),
+            triangles: packed.scene_features.triangles,
+            spheres: packed.scene_features.spheres,
+            lights: packed.scene_features.lights,
+            notes: Vec::new(),
+            variables: Vec::new(),
+            local_frame: LocalFrameInfo {
+                center: packed.local_frame.center.to_array(),
+                scale_log2: packed.local_frame.scale_log2,
+            },
+        },
+        settings: SettingsInfo::of(settings),
+        plan: PlanInfo {
+            features: plan.features.iter().map(|f| (*f).to_owned()).collect(),
+            bytes: plan.bytes(),
+            ..PlanInfo::default()
+        },
+        counters: Counters {
+            degenerate_triangles: packed.degenerate_triangles,
+            media_overflow: packed.eye_media_dropped,
+            ..Counters::default()
+        },
+        tests: (plan.specialisation.counting != 0).then(TestCounts::default),
+        ..Report::default()
     }
 }
 
 /// Row of a kernel in the pass table.
 fn place_of(kernel: Kernel) -> usize {
-    crate::plan::passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
+    passes::all().position(|p| p.kernel == kernel).unwrap_or(0)
 }
 
 /// Prologue, depths, epilogue.

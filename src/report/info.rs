@@ -1,6 +1,6 @@
 //! The parts of a report.
 
-use crate::settings::Settings;
+use crate::settings::{Schedule, Settings};
 use serde::{Deserialize, Serialize};
 
 /// The program.
@@ -49,6 +49,12 @@ pub struct SceneInfo {
     pub spheres: u64,
     /// Point lights.
     pub lights: u64,
+    /// What was assumed in reading the scene's files, or left out; absent if nothing was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// `name=value` of each `${name}` in the scene's text; absent if there is none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub variables: Vec<String>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
 }
@@ -109,6 +115,29 @@ impl SettingsInfo {
 }
 
 impl SettingsInfo {
+    /// The settings that it is the report's form of, with a schedule of this machine's own.
+    ///
+    /// # Errors
+    /// If a name in it is none that is known; says what to write.
+    pub fn to_settings(&self, schedule: Schedule) -> Result<Settings, String> {
+        let settings = Settings {
+            width: self.width,
+            height: self.height,
+            samples: self.samples,
+            depth: self.depth,
+            cutoff: self.cutoff,
+            sampler: self.sampler.parse()?,
+            replicates: self.replicates,
+            seed: self.seed,
+            precision: self.precision.parse()?,
+            origin: self.origin.parse()?,
+            crop: self.crop,
+            schedule,
+        };
+        settings.check().map_err(|error| error.to_string())?;
+        Ok(settings)
+    }
+
     /// The rendered rectangle, `[x0, y0, x1, y1]` in pixels.
     pub fn region(&self) -> [u32; 4] {
         self.crop.unwrap_or([0, 0, self.width, self.height])
@@ -145,6 +174,24 @@ pub struct TimeInfo {
     pub device: f64,
     /// From the first submit to the last pixel on the host.
     pub render: f64,
+}
+
+impl TimeInfo {
+    fn all(&mut self) -> [&mut f64; 6] {
+        let TimeInfo { wall, scene, build, first_dispatch, device, render } = self;
+        [wall, scene, build, first_dispatch, device, render]
+    }
+
+    /// True if all are times: not negative, and finite.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.clone().all().into_iter().all(|seconds| (0.0..f64::INFINITY).contains(seconds))
+    }
+
+    /// Adds the times of another part.
+    pub(crate) fn add(&mut self, other: &TimeInfo) {
+        let mut other = other.clone();
+        self.all().into_iter().zip(other.all()).for_each(|(sum, more)| *sum += *more);
+    }
 }
 
 /// Numbers of rays traced.

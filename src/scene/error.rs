@@ -25,11 +25,12 @@ pub struct SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.file.display())?;
+        write!(f, "{}:", printable(&self.file.display().to_string()))?;
         if self.line > 0 {
             write!(f, "{}:{}:", self.line, self.column)?;
         }
-        write!(f, " {}: {}\n  help: {}", self.object, self.message, self.remedy)
+        let [object, message, remedy] = [&self.object, &self.message, &self.remedy].map(|t| printable(t));
+        write!(f, " {object}: {message}\n  help: {remedy}")
     }
 }
 
@@ -68,7 +69,7 @@ impl Source<'_> {
     }
 
     /// Line and column of byte `offset`, both from 1, the column in characters.
-    fn place(&self, offset: usize) -> (usize, usize) {
+    pub fn place(&self, offset: usize) -> (usize, usize) {
         let before = &self.text[..offset.min(self.text.len())];
         let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
         let line = 1 + before.iter().filter(|b| **b == b'\n').count();
@@ -76,6 +77,24 @@ impl Source<'_> {
         let column = 1 + before[start..].iter().filter(|b| **b & 0xc0 != 0x80).count();
         (line, column)
     }
+}
+
+/// Longest part of a message, characters: room for a dozen long names.
+const LONGEST: usize = 1000;
+
+/// `text` for people: control characters, and those that turn the direction of writing, as `\u{1b}`; no longer than
+/// [`LONGEST`].
+pub(super) fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len().min(LONGEST));
+    for (i, c) in text.chars().enumerate() {
+        if i == LONGEST {
+            shown.push('…');
+            break;
+        }
+        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        if c.is_control() || turns { shown.extend(c.escape_unicode()) } else { shown.push(c) }
+    }
+    shown
 }
 
 /// A file that cannot be read at all.
@@ -96,17 +115,29 @@ pub(super) fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a s
     // A third of the letters may differ: the usual bound (rustc's) that still catches two slips in a
     // word of six.
     let limit = (word.chars().count() / 3).max(1);
+    // The distance takes time and memory of the product of the lengths: no name is that long.
+    if limit > 50 {
+        return String::new();
+    }
     known
         .into_iter()
+        .filter(|k| k.len() <= 2 * word.len() + 2)
         .map(|k| (strsim::osa_distance(&word.to_lowercase(), &k.to_lowercase()), k))
         .min()
         .filter(|(distance, _)| *distance <= limit)
         .map_or(String::new(), |(_, k)| format!("; did you mean `{k}`?"))
 }
 
-/// Words as a list for a remedy: `a`, `b`, `c`.
+/// Words as a list for a remedy: `a`, `b`, `c`; of many the first.
 pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
-    words.into_iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")
+    const MOST: usize = 20;
+    let mut words = words.into_iter();
+    let mut list = words.by_ref().take(MOST).map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ");
+    let more = words.count();
+    if more > 0 {
+        list += &format!(" and {} more", crate::units::grouped(more as u64));
+    }
+    list
 }
 
 #[cfg(test)]
@@ -126,6 +157,14 @@ mod tests {
     fn near_words_are_proposed() {
         assert_eq!(did_you_mean("raduis", ["radius", "center"]), "; did you mean `radius`?");
         assert_eq!(did_you_mean("xyz", ["radius", "center"]), "");
+    }
+
+    #[test]
+    fn nothing_reaches_the_terminal_but_text() {
+        let source = Source { file: Path::new("a\u{1b}[2J.obj"), text: b"x" };
+        let error = source.error(0, "mesh", "a\u{1b}]0;title\u{7}\u{202e}é", "\0").to_string();
+        assert_eq!(error, "a\\u{1b}[2J.obj:1:1: mesh: a\\u{1b}]0;title\\u{7}\\u{202e}é\n  help: \\u{0}");
+        assert!(source.error(0, "", "x".repeat(1 << 20), "").to_string().len() < 2 * LONGEST);
     }
 
     #[test]

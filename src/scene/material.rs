@@ -3,6 +3,7 @@
 use super::error::SceneError;
 use super::table::{NOT_NEGATIVE, Table, Value, within_f32};
 use super::{Fresnel, Material};
+use glam::DVec3;
 use std::ops::RangeInclusive;
 
 /// Ambient share where none is written: the report's.
@@ -45,6 +46,7 @@ pub(super) fn material(name: &str, table: &Table) -> Result<Material, SceneError
         fresnel: table.get("fresnel").map_or(Ok(Fresnel::Constant(1.0)), |value| fresnel(&value))?,
         priority: or("priority", 0.0, is_priority, PRIORITY_RULE)? as i32,
         ior: or("ior", IOR, |x| IOR_RANGE.contains(&x), IOR_RULE)?,
+        undrawn: None,
     })
 }
 
@@ -66,5 +68,19 @@ pub(super) fn fresnel_word(word: &str) -> Option<Fresnel> {
         "schlick" => Some(Fresnel::Schlick),
         "exact" => Some(Fresnel::Exact),
         _ => None,
+    }
+}
+
+/// The material of what has none: grey of 0.8, as most programs show it.
+pub(super) fn plain(name: &str) -> Material {
+    Material {
+        name: name.to_owned(),
+        diffuse: DVec3::splat(0.8),
+        ambient: AMBIENT,
+        secondary: 0.0,
+        fresnel: Fresnel::Constant(1.0),
+        ior: IOR,
+        priority: 0,
+        undrawn: None,
     }
 }

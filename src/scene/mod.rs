@@ -1,30 +1,53 @@
 //! The scene as its author means it: user's units (metres), radians, linear RGB, everything `f64`
-//! and already checked. [`Scene::load`] and [`Scene::parse`] are the only ways from text to a [`Scene`].
+//! and already checked. [`Scene::load`] and [`Scene::parse`] (and their `_with` forms) are the only ways from text to a [`Scene`].
 //! A scene that is built by hand must keep the ranges that the fields state: rendering relies on them.
 
+mod beside;
 pub mod bounds;
 mod error;
+mod gltf;
+mod import;
 mod library;
 mod material;
+mod mean_color;
+mod mesh_builder;
+mod model;
+mod model_file;
 mod mtl;
+mod nff;
+mod notes;
 mod obj;
 mod parse;
+mod place;
+mod plain_words;
+mod ply;
 mod polygon;
 #[doc(hidden)]
 pub mod procedural;
+mod read_options;
+mod stl;
 mod table;
+mod text;
 mod transform;
 mod tokens;
+mod triangulate;
+mod variables;
+mod viewing;
 
 pub use error::SceneError;
-pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE};
+pub use import::import;
+pub use model::is_model;
+pub use notes::{Note, Notes};
+pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE, utf8};
+pub use read_options::ReadOptions;
 pub use transform::{Transform, rotation};
+pub(crate) use variables::is_name;
 
 use crate::scene::bounds::Bounds;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A whole scene. Indices into `materials` are always in range.
@@ -44,15 +67,18 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Analytic spheres.
     pub spheres: Vec<Sphere>,
-    /// Planar convex polygons.
+    /// Planar polygons.
     pub polygons: Vec<Polygon>,
     /// Triangle meshes, already scaled, rotated and moved to their place.
     pub meshes: Vec<Mesh>,
+    /// What its readers assumed or left out; empty if built by hand.
+    pub notes: Notes,
 }
 
-/// How long it took to read a scene. No property of the scene: two readings of one file are equal, and print alike.
-#[derive(Clone, Copy, Default)]
-pub struct ReadTime(pub Duration);
+/// How long it took to read a scene, and from which files besides the scene text. No property of the scene: two
+/// readings of one file are equal, and print alike.
+#[derive(Clone, Default)]
+pub struct ReadTime(pub Duration, pub Vec<PathBuf>);
 
 impl PartialEq for ReadTime {
     fn eq(&self, _: &ReadTime) -> bool {
@@ -147,6 +173,28 @@ pub struct Material {
     pub ior: f64,
     /// Where solids overlap, the one of highest priority fills the space; of equal ones the last entered.
     pub priority: i32,
+    /// What its file says that is not drawn; none if there is nothing.
+    pub undrawn: Option<Box<Undrawn>>,
+}
+
+/// Properties of a material that are kept but not drawn.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Undrawn {
+    /// Colour of the highlight, linear RGB (MTL: `Ks`).
+    pub specular: Option<DVec3>,
+    /// Exponent of the highlight (MTL: `Ns`).
+    pub shininess: Option<f64>,
+    /// Textures, in the order of the file.
+    pub textures: Vec<TextureFile>,
+}
+
+/// A texture that a material names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TextureFile {
+    /// The keyword that names it: `map_Kd`.
+    pub role: &'static str,
+    /// Its file; it may not exist.
+    pub file: PathBuf,
 }
 
 impl Material {
@@ -172,7 +220,7 @@ pub struct Sphere {
     pub material: usize,
 }
 
-/// A planar convex polygon with at least three corners. A refracting polygon is a thin sheet: it
+/// A planar polygon with at least three corners, convex or not. A refracting polygon is a thin sheet: it
 /// bounds no solid, and what it refracts goes straight on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
@@ -180,6 +228,8 @@ pub struct Polygon {
     pub vertices: Vec<DVec3>,
     /// Unit normal (given, or from the corners).
     pub normal: DVec3,
+    /// Its triangles, as indices of corners; empty if they fan from the first corner, as in [`Polygon::fan`].
+    pub cut: Vec<[u32; 3]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
 }
@@ -193,7 +243,7 @@ pub struct Mesh {
     pub vertices: Vec<DVec3>,
     /// Unit vectors; empty if the file has none.
     pub normals: Vec<DVec3>,
-    /// Triangles (larger faces of the file are fanned from their first corner).
+    /// Triangles (larger faces of the file are cut).
     pub faces: Vec<Face>,
 }
 
@@ -223,9 +273,15 @@ impl Mesh {
 }
 
 impl Scene {
-    /// Number of triangles after the polygons are fanned.
+    /// The files that it was read from: the scene text, then those that it names. None of a scene built by hand.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let own = (!self.file.as_os_str().is_empty()).then_some(self.file.as_path());
+        own.into_iter().chain(self.read_time.1.iter().map(PathBuf::as_path))
+    }
+
+    /// Number of triangles after the polygons are cut.
     pub fn triangle_count(&self) -> usize {
-        self.polygons.iter().map(|p| p.vertices.len() - 2).sum::<usize>()
+        self.polygons.iter().map(Polygon::triangle_count).sum::<usize>()
             + self.meshes.iter().map(|m| m.faces.len()).sum::<usize>()
     }
 }

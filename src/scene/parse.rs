@@ -2,13 +2,15 @@
 
 use super::error::{SceneError, Source, did_you_mean, list, unreadable};
 use super::library::Library;
+use super::model::{Model, Wanted};
+use super::notes::{Notes, Reading};
 use super::table::{MAX_LENGTH, MIN_LENGTH, NOT_NEGATIVE, Table, Value, unit};
-use super::{Camera, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere, Transform};
-use super::{material, obj, polygon};
+use super::{Camera, Light, Material, Polygon, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere};
+use super::{material, model, place, polygon, variables, viewing};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toml::de::{DeTable, DeValue};
 
 /// Largest width and height, pixels: the product of the two still numbers every pixel in a u32.
@@ -19,13 +21,13 @@ pub(crate) const MAX_SAMPLES: u32 = 1 << 24;
 pub(crate) const MAX_DEPTH: u32 = 1024;
 /// Smallest sine of the angle between view and up: the camera's axes are off by 2^-53 divided by it,
 /// which must stay below the 2^-24 of single-precision directions with some bits to spare.
-const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
+pub(super) const MIN_UP_SINE: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Defaults of `[camera]`: up is y, 45 degrees, 600 x 500 pixels.
 const UP: DVec3 = DVec3::Y;
 const FOV_DEGREES: f64 = 45.0;
-const WIDTH: u32 = 600;
-const HEIGHT: u32 = 500;
+pub(super) const WIDTH: u32 = 600;
+pub(super) const HEIGHT: u32 = 500;
 /// Defaults of `[render]`: one sample through the pixel's centre, four rays in the longest path (in and
 /// out of a glass object and one more), a black background.
 const RENDER: RenderDefaults = RenderDefaults { samples: 1, depth: 4, background: DVec3::ZERO };
@@ -39,9 +41,18 @@ impl Scene {
     /// The first mistake in the text (see [`SceneError`]): syntax, unknown keys, wrong types, missing
     /// materials, impossible values, files that cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Scene::load_with(path, &ReadOptions::default())
+    }
+
+    /// Reads a scene file and all files that it names, as `options` say. A file of shapes ([`is_model`](super::is_model))
+    /// gets a scene of its own: its camera and lights, or a camera that sees all of it and two lights.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Scene, SceneError> {
         let start = Instant::now();
-        let scene = load(path.as_ref())?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        let scene = load(path.as_ref(), options)?;
+        Ok(timed(scene, start))
     }
 
     /// Reads a scene text as if it were the file `path`, which need not exist: messages name it, and files that the
@@ -50,10 +61,28 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Scene, SceneError> {
-        let start = Instant::now();
-        let scene = parse(text, path.as_ref())?;
-        Ok(Scene { read_time: ReadTime(start.elapsed()), ..scene })
+        Scene::parse_with(text, path, &ReadOptions::default())
     }
+
+    /// [`Scene::parse`], as `options` say.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse_with(
+        text: &str,
+        path: impl AsRef<Path>,
+        options: &ReadOptions,
+    ) -> Result<Scene, SceneError> {
+        let start = Instant::now();
+        let scene = parse(text, path.as_ref(), options)?;
+        Ok(timed(scene, start))
+    }
+}
+
+/// `scene`, whose reading began at `start`.
+fn timed(mut scene: Scene, start: Instant) -> Scene {
+    scene.read_time.0 = start.elapsed();
+    scene
 }
 
 impl FromStr for Scene {
@@ -65,16 +94,34 @@ impl FromStr for Scene {
     }
 }
 
-fn load(path: &Path) -> Result<Scene, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| unreadable(path, "scene", e))?;
-    let text = std::str::from_utf8(&bytes).map_err(|e| {
-        let source = Source { file: path, text: &bytes };
-        source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
-    })?;
-    parse(text, path)
+fn load(path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
+    let is_model = model::is_model(path);
+    let what = if is_model { "model" } else { "scene" };
+    let bytes = std::fs::read(path).map_err(|e| unreadable(path, what, e))?;
+    if is_model {
+        return match options.variables.first() {
+            None => viewing::around(path, &bytes, options),
+            Some((name, _)) => Err(variables::unnamed(Source { file: path, text: &bytes }, name)),
+        };
+    }
+    parse(utf8(&bytes, path)?, path, options)
 }
 
-fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+/// The bytes of a scene as text.
+pub(crate) fn utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, SceneError> {
+    std::str::from_utf8(bytes).map_err(|e| {
+        let source = Source { file: path, text: bytes };
+        source.error(e.valid_up_to(), "scene", "the text is not UTF-8", "save the file as UTF-8")
+    })
+}
+
+fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
+    let filled = variables::fill(text, path, &options.variables)?;
+    parse_filled(&filled.text, path, options).map_err(|error| filled.replace(error, path))
+}
+
+/// Reads a text without variables.
+fn parse_filled(text: &str, path: &Path, options: &ReadOptions) -> Result<Scene, SceneError> {
     let source = Source { file: path, text: text.as_bytes() };
     let document = DeTable::parse(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
@@ -89,7 +136,9 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     top.only(&TOP)?;
 
     let materials = materials(&top)?;
-    let mut reader = Reader { own: materials.len(), library: Library::new(materials) };
+    let reading = Reading { strict: options.strict, notes: Notes::default() };
+    let (own, library) = (materials.len(), Library::new(materials));
+    let mut reader = Reader { own, library, reading, files: Vec::new() };
     let camera = camera(&single(&top, "camera")?.ok_or_else(|| {
         top.error(
             "`[camera]` is missing",
@@ -98,12 +147,20 @@ fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
     })?)?;
     let render = single(&top, "render")?.map_or(Ok(RENDER), |table| render(&table))?;
     let lights = each(&top, "light")?.iter().map(light).collect::<Result<_, _>>()?;
-    let spheres = each(&top, "sphere")?.iter().map(|t| reader.sphere(t)).collect::<Result<_, _>>()?;
+    let mut spheres: Vec<_> =
+        each(&top, "sphere")?.iter().map(|t| reader.sphere(t)).collect::<Result<_, _>>()?;
     let polygons = each(&top, "polygon")?.iter().map(|t| reader.polygon(t)).collect::<Result<_, _>>()?;
-    let meshes = each(&top, "mesh")?.into_iter().map(|t| reader.mesh(t)).collect::<Result<_, _>>()?;
-    let materials = reader.library.materials;
-    let (file, read_time) = (path.to_owned(), ReadTime::default());
-    Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes })
+    let mut meshes = Vec::new();
+    for table in each(&top, "mesh")? {
+        let model = reader.mesh(table)?;
+        meshes.extend(model.meshes);
+        spheres.extend(model.spheres);
+    }
+    let Reader { library, reading, mut files, .. } = reader;
+    files.extend(library.files().map(Path::to_owned));
+    let (materials, notes) = (library.materials, reading.notes);
+    let (file, read_time) = (path.to_owned(), ReadTime(Duration::ZERO, files));
+    Ok(Scene { file, read_time, camera, render, lights, materials, spheres, polygons, meshes, notes })
 }
 
 /// The table `[key]`, if written.
@@ -223,6 +280,9 @@ struct Reader {
     library: Library,
     /// The first `own` materials are the scene text's; those of MTL files follow.
     own: usize,
+    reading: Reading,
+    /// Files of meshes.
+    files: Vec<PathBuf>,
 }
 
 impl Reader {
@@ -252,13 +312,20 @@ impl Reader {
         })
     }
 
-    fn polygon(&self, table: &Table) -> Result<Polygon, SceneError> {
+    fn polygon(&mut self, table: &Table) -> Result<Polygon, SceneError> {
         table.only(&["vertices", "normal", "material"])?;
         let corners = table.need("vertices", "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
         let items = corners.items("a list of corners", "[[0, 0, 0], [1, 0, 0], [0, 1, 0]]")?;
         let mut vertices = items.iter().map(Value::position).collect::<Result<Vec<_>, _>>()?;
-        let mut normal =
-            polygon::normal(&vertices).map_err(|(message, remedy)| corners.error(message, remedy))?;
+        if polygon::drop_repeated(&mut vertices) {
+            corners.assume(
+                &mut self.reading,
+                "corners of a polygon that repeat the one before count once",
+                "remove the corner",
+            )?;
+        }
+        let at_corners = |(message, remedy): polygon::Fault| corners.error(message, remedy);
+        let mut normal = polygon::normal(&vertices).map_err(at_corners)?;
         if let Some(written) = table.get("normal") {
             let direction = written.direction()?;
             if direction.cross(normal).length() > polygon::NORMAL_LEAN {
@@ -273,21 +340,18 @@ impl Reader {
                 normal = -normal;
             }
         }
-        Ok(Polygon { vertices, normal, material: self.material(&table.need("material", "\"white\"")?)? })
+        let cut = polygon::cut(&vertices).map_err(at_corners)?;
+        Ok(Polygon { vertices, normal, cut, material: self.material(&table.need("material", "\"white\"")?)? })
     }
 
-    fn mesh(&mut self, mut table: Table) -> Result<Mesh, SceneError> {
-        table.only(&["file", "material", "scale", "rotate", "translate"])?;
+    fn mesh(&mut self, mut table: Table) -> Result<Model, SceneError> {
+        table.only(&["file", "node", "material", "matrix", "scale", "rotate", "translate"])?;
         let name = table.need("file", "\"cube.obj\"")?.text("\"cube.obj\"")?.to_owned();
         table.object = format!("mesh `{name}`");
         let file = table.need("file", "\"cube.obj\"")?;
         let whole = table.get("material").map(|value| self.material(&value)).transpose()?;
-        let sizes = MIN_LENGTH..=MAX_LENGTH;
-        let scale = table.get("scale").map_or(Ok(1.0), |value| {
-            value.number_where(|s| sizes.contains(&s), &format!("greater than 0, at most {MAX_LENGTH:e}"))
-        })?;
-        let rotate = table.get("rotate").map_or(Ok(DVec3::ZERO), |value| value.vector())?;
-        let translate = table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.position())?;
+        let node = table.get("node").map(|value| value.text("\"wheel\"")).transpose()?;
+        let place = place::of(&table)?;
 
         let path = table.source.file.parent().unwrap_or(Path::new("")).join(&name);
         let text = std::fs::read(&path).map_err(|e| {
@@ -295,7 +359,9 @@ impl Reader {
             let error = file.error(message, "correct the path; it starts at the scene file's folder");
             SceneError { cause: Some(e), ..error }
         })?;
+        self.files.push(path.clone());
         let source = Source { file: &path, text: &text };
-        obj::read(source, &table.object, whole, Transform::new(scale, rotate, translate), &mut self.library)
+        let wanted = Wanted { object: &table.object, material: whole, place, node };
+        model::read(source, wanted, &mut self.library, &mut self.reading)
     }
 }

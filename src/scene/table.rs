@@ -1,6 +1,7 @@
 //! Typed reading of TOML tables with exact places for the errors.
 
 use super::error::{SceneError, Source, did_you_mean, list};
+use super::notes::Reading;
 use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -68,6 +69,11 @@ impl<'a> Value<'a> {
     /// An error at this value.
     pub fn error(&self, message: impl Into<String>, remedy: impl Into<String>) -> SceneError {
         self.source.error(self.value.span().start, self.object, message, remedy)
+    }
+
+    /// Notes `message` here, or fails with it if the reading is strict.
+    pub fn assume(&self, reading: &mut Reading, message: &str, remedy: &str) -> Result<(), SceneError> {
+        reading.assume(self.source, self.value.span().start, self.object, message, remedy)
     }
 
     fn wrong_type(&self, wanted: &str, example: &str) -> SceneError {

@@ -95,14 +95,14 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The rest of this line without its comment and outer blanks: a name may hold blanks.
-    pub fn rest(&mut self) -> Option<Word<'a>> {
-        let first = self.word()?;
-        let mut end = self.at;
-        while let Some(word) = self.word() {
-            end = word.offset + word.bytes.len();
-        }
-        Some(Word { bytes: &self.source.text[first.offset..end], offset: first.offset })
+    /// The rest of this line without outer blanks, comment signs and all: a name may hold anything.
+    pub fn line(&mut self) -> Option<Word<'a>> {
+        let text = self.source.text;
+        let length = text[self.at..].iter().position(|b| *b == b'\n').unwrap_or(text.len() - self.at);
+        let bytes = text[self.at..self.at + length].trim_ascii();
+        let offset = self.at + text[self.at..].iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(0);
+        self.at += length;
+        (!bytes.is_empty()).then_some(Word { bytes, offset })
     }
 
     /// A finite number.
@@ -143,10 +143,26 @@ impl<'a> Words<'a> {
 }
 
 impl Word<'_> {
-    /// For messages and names; bytes that are not UTF-8 are replaced.
+    /// For messages: as [`name`], the first 60 characters.
     pub fn text(&self) -> String {
-        String::from_utf8_lossy(self.bytes).into_owned()
+        const LONGEST: usize = 60;
+        // No character is longer than 4 bytes.
+        let text = name(&self.bytes[..self.bytes.len().min(4 * LONGEST)]);
+        match text.char_indices().nth(LONGEST) {
+            Some((end, _)) => format!("{}…", &text[..end]),
+            None => text,
+        }
     }
+}
+
+/// Bytes as text; those that are not UTF-8 as `\xb2`, so that different bytes stay different.
+pub(super) fn name(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        text += chunk.valid();
+        chunk.invalid().iter().for_each(|byte| text += &format!("\\x{byte:02x}"));
+    }
+    text
 }
 
 #[cfg(test)]
@@ -178,10 +194,20 @@ mod tests {
     }
 
     #[test]
-    fn rest_keeps_inner_blanks() {
-        let source = Source { file: Path::new("t"), text: b"usemtl  my red  # comment" };
+    fn lines_keep_everything() {
+        let source = Source { file: Path::new("t"), text: b"newmtl  Paint #1\\ \r\nnewmtl \n" };
         let mut words = Words::new(source, String::new());
         words.keyword().unwrap();
-        assert_eq!(words.rest().unwrap().bytes, b"my red");
+        assert_eq!(words.line(), Some(Word { bytes: b"Paint #1\\", offset: 8 }));
+        words.end_line();
+        words.keyword().unwrap();
+        assert_eq!(words.line(), None);
+    }
+
+    #[test]
+    fn names_of_other_encodings_stay_different() {
+        assert_eq!(name(b"\xba\xec"), "\\xba\\xec");
+        assert_ne!(name(b"\xba\xec"), name(b"\xc0\xb6"));
+        assert_eq!(Word { bytes: "é".repeat(100).as_bytes(), offset: 0 }.text(), "é".repeat(60) + "…");
     }
 }

@@ -1,10 +1,12 @@
-//! Where a mesh goes: scale, then rotate, then translate.
+//! Where a mesh goes: first its own affine map (a node's matrix), then scale, rotate, translate.
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
-/// A similarity: `x -> rotate * (scale * x) + translate`.
+/// `x -> rotate * (scale * (first * x)) + translate`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transform {
+    /// Any invertible affine map, applied before the rest; the identity is skipped.
+    first: Option<First>,
     /// Uniform, > 0.
     pub scale: f64,
     /// A rotation.
@@ -16,18 +18,59 @@ pub struct Transform {
 impl Transform {
     /// `degrees` are the angles about the x, y and z axes, applied in that order.
     pub fn new(scale: f64, degrees: DVec3, translate: DVec3) -> Transform {
-        Transform { scale, rotate: rotation(degrees), translate }
+        Transform { first: None, scale, rotate: rotation(degrees), translate }
+    }
+
+    /// This transform with `first` applied before it. None if `first` has no inverse, or an entry that is not
+    /// finite.
+    pub fn after(&self, first: DAffine3) -> Option<Transform> {
+        let affine = match self.first {
+            Some(own) => own.affine * first,
+            None => first,
+        };
+        if affine == DAffine3::IDENTITY {
+            return Some(Transform { first: None, ..*self });
+        }
+        let normals = affine.matrix3.inverse().transpose();
+        (affine.is_finite() && normals.is_finite())
+            .then_some(Transform { first: Some(First { affine, normals }), ..*self })
+    }
+
+    /// The factor by which it stretches every length; None if it stretches some more than others.
+    pub fn uniform_scale(&self) -> Option<f64> {
+        let Some(First { affine, .. }) = self.first else { return Some(self.scale) };
+        let [x, y, z] = [affine.matrix3.x_axis, affine.matrix3.y_axis, affine.matrix3.z_axis];
+        let size = x.length();
+        // Matrices written in single precision are off by 2^-24 in each of three entries, at both vectors.
+        let slack = 6.0 * f64::from(f32::EPSILON) * size * size;
+        let lengths = [y.length_squared(), z.length_squared()].map(|l| (l - size * size).abs());
+        let angles = [x.dot(y), x.dot(z), y.dot(z)].map(f64::abs);
+        lengths.iter().chain(&angles).all(|off| *off <= slack).then_some(self.scale * size)
+    }
+
+    /// True if the map turns a right hand into a left one: the order of corners then no longer
+    /// says which side of a face is outside.
+    pub fn mirrors(&self) -> bool {
+        self.first.is_some_and(|first| first.affine.matrix3.determinant() < 0.0)
     }
 
     /// Where a point goes.
     pub fn point(&self, point: DVec3) -> DVec3 {
+        let point = self.first.map_or(point, |first| first.affine.transform_point3(point));
         self.rotate * (self.scale * point) + self.translate
     }
 
-    /// Where a direction goes; lengths are kept.
-    pub fn direction(&self, direction: DVec3) -> DVec3 {
-        self.rotate * direction
+    /// Where the unit `normal` of a surface points afterwards: by the inverse transpose of an affine map.
+    pub fn normal(&self, normal: DVec3) -> DVec3 {
+        self.rotate * self.first.map_or(normal, |first| (first.normals * normal).normalize())
     }
+}
+
+/// An affine map with the inverse transpose of its linear part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct First {
+    affine: DAffine3,
+    normals: DMat3,
 }
 
 /// Rotation about x, then y, then z by `degrees`, counter-clockwise seen from the axis's end.
@@ -79,6 +122,28 @@ mod tests {
     fn scale_comes_first() {
         let place = Transform::new(2.0, DVec3::new(0.0, 0.0, 90.0), DVec3::X);
         assert_eq!(place.point(DVec3::X), DVec3::new(1.0, 2.0, 0.0));
-        assert_eq!(place.direction(DVec3::X), DVec3::Y);
+        assert_eq!(place.normal(DVec3::X), DVec3::Y);
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_to_what_is_sheared_and_mirrored() {
+        let first = DAffine3::from_cols(
+            DVec3::new(-2.0, 0.5, 0.0),
+            DVec3::new(0.0, 1.0, 0.25),
+            DVec3::new(1.0, 0.0, 3.0),
+            DVec3::new(5.0, 6.0, 7.0),
+        );
+        let place = Transform::new(2.0, DVec3::new(10.0, 20.0, 30.0), DVec3::X).after(first).unwrap();
+        assert!(place.mirrors());
+        let (a, b) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-3.0, 0.5, 1.0));
+        let side = |x| place.point(x) - place.point(DVec3::ZERO);
+        let normal = place.normal(a.cross(b).normalize());
+        assert!(normal.dot(side(a).normalize()).abs() < 1e-15);
+        assert!(normal.dot(side(b).normalize()).abs() < 1e-15);
+        assert_eq!(place.after(DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0))), None);
+        assert_eq!(
+            Transform::new(1.0, DVec3::ZERO, DVec3::ZERO).after(DAffine3::IDENTITY).unwrap().first,
+            None
+        );
     }
 }

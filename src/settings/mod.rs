@@ -4,8 +4,10 @@ mod error;
 #[doc(hidden)]
 pub mod forced_features;
 pub mod sampler;
+mod share;
 
 pub use error::SettingsError;
+pub use share::Share;
 
 use crate::scene::Scene;
 use crate::settings::forced_features::ForcedFeatures;
@@ -15,16 +17,17 @@ use std::str::FromStr;
 /// Which Vulkan device to use.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum DeviceChoice {
-    /// The most capable one: discrete, integrated, virtual, then CPU; ties by enumeration order.
+    /// The most capable one: discrete, integrated, virtual, then CPU; of several, one with f64, with a driver that was measured, with
+    /// longer texel buffers, with the newer Vulkan; ties by enumeration order.
     #[default]
     Best,
     /// By index in `whitted devices`.
     Index(usize),
-    /// The first software device.
+    /// The most capable software device.
     Cpu,
     /// By UUID (32 hexadecimal digits, dashes ignored).
     Uuid([u8; 16]),
-    /// By part of its name, case ignored.
+    /// By part of its name, case ignored; of several the most capable.
     Name(String),
 }
 
@@ -48,11 +51,14 @@ impl FromStr for DeviceChoice {
 /// Arithmetic of the kernels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
 pub enum Precision {
+    /// Robust, or f64 where the scene needs it and the device has it. Renders settle it; reports name what
+    /// was used.
+    #[default]
+    Auto,
     /// f32 without the rechecks: what a plain kernel does.
     Fast,
     /// f32, zero edge functions decided exactly, hits confined to their boxes, spheres beyond f32's
     /// reach in double length.
-    #[default]
     Robust,
     /// f64 throughout, where the device has it.
     Double,
@@ -62,6 +68,7 @@ impl Precision {
     /// As the command line and the report spell it.
     pub fn name(self) -> &'static str {
         match self {
+            Precision::Auto => "auto",
             Precision::Fast => "fast",
             Precision::Robust => "robust",
             Precision::Double => "f64",
@@ -73,10 +80,10 @@ impl FromStr for Precision {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        [Precision::Fast, Precision::Robust, Precision::Double]
+        [Precision::Auto, Precision::Fast, Precision::Robust, Precision::Double]
             .into_iter()
             .find(|p| p.name() == text)
-            .ok_or_else(|| "write fast, robust or f64".into())
+            .ok_or_else(|| "write auto, fast, robust or f64".into())
     }
 }
 
@@ -231,8 +238,13 @@ pub struct Schedule {
     pub fused: Option<bool>,
     /// Count box and primitive tests ([`Report::tests`](crate::Report::tests)), by kernels that are slower.
     pub count_tests: bool,
+    /// Steps of a walk after which it stops and goes on in another dispatch, at most. Where a walk of a batch does, the
+    /// batch is done again in parts, which costs time, not light.
+    pub walk_steps: Option<u32>,
     /// Features that kernels have although the scene lacks them.
     pub forced_features: ForcedFeatures,
+    /// The tiles that are rendered, those of one share; the others stay black.
+    pub share: Share,
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
+use super::watch::is_abandoned;
 use crate::kernel::abi::BUFFERS;
 use crate::kernel::table::KERNELS;
 use crate::plan::TEXEL_BYTES;
@@ -60,6 +61,29 @@ impl Buffers {
             }
         }
         Ok(buffers)
+    }
+
+    /// Makes those longer that are shorter than `bytes`, in binding order; what they held is lost. No submit may be under
+    /// way, and recorders made before must be renewed.
+    pub fn lengthen(&mut self, bytes: &[u64]) -> Result<(), VkError> {
+        for (slot, ((name, ..), bytes)) in self.slots.iter_mut().zip(BUFFERS.iter().zip(bytes)) {
+            if *bytes <= slot.bytes {
+                continue;
+            }
+            let mut longer = allocate(&self.device, name, *bytes, MemoryLocation::GpuOnly)?;
+            if slot.view != vk::BufferView::null() {
+                match view(&self.device, name, &longer) {
+                    Ok(made) => longer.view = made,
+                    Err(error) => {
+                        release(&self.device, &mut longer);
+                        return Err(error);
+                    }
+                }
+            }
+            release(&self.device, slot);
+            *slot = longer;
+        }
+        Ok(())
     }
 
     pub(super) fn handle(&self, buffer: crate::kernel::abi::Buf) -> vk::Buffer {
@@ -175,6 +199,9 @@ fn release(device: &Device, slot: &mut Slot) {
 
 impl Drop for Buffers {
     fn drop(&mut self) {
+        if is_abandoned() {
+            return;
+        }
         for slot in self.slots.iter_mut().chain([&mut self.staging, &mut self.marker]) {
             release(&self.device, slot);
         }

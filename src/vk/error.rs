@@ -1,6 +1,6 @@
 //! What can go wrong below, with the call and the object it happened to.
 
-use super::device::INSTALL_HINT;
+use super::instance::INSTALL_HINT;
 use ash::vk;
 
 /// A failed Vulkan call, or a missing device.
@@ -30,6 +30,12 @@ pub enum VkError {
     Lost {
         /// The last pass that was begun.
         pass: String,
+    },
+    /// The user's interrupt ended the wait for a driver.
+    #[error("interrupted while the driver was at {at}")]
+    Interrupted {
+        /// What it was at.
+        at: String,
     },
     /// More was to be written to a buffer than it holds.
     #[error("{bytes} bytes do not go into `{name}`, which has {room}")]

@@ -2,12 +2,14 @@
 
 use super::device::Device;
 use super::error::{VkError, call};
+use super::watch::{self, Wait};
 use crate::kernel::abi::{BUFFERS, Push, Specialisation, TEXELS_AT};
 use crate::kernel::table::{Kernel, KernelCode, KernelSet};
 use ash::vk;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::rc::Rc;
+use std::sync::mpsc::{self, RecvTimeoutError};
 
 /// One kernel, ready to bind.
 #[derive(Clone, Copy)]
@@ -52,33 +54,53 @@ impl Pipelines {
             (false, true) => Form::Packet,
             (false, false) => Form::Single,
         };
-        let maker = Maker { raw: &device.raw, cache: device.cache, values: set.values(specialisation), form };
+        let maker =
+            Maker { raw: device.raw.clone(), cache: device.cache, values: set.values(specialisation), form };
         // Drivers take long over a kernel, and each is on its own.
         let mut kernels: Vec<Kernel> = kernels.collect();
         kernels.sort_by_key(|k| std::cmp::Reverse(k.code().single.0.len()));
-        let built: Vec<(Kernel, Result<Pipeline, VkError>)> =
-            kernels.into_par_iter().with_max_len(1).map(|k| (k, maker.build(set.code(k)))).collect();
-        let mut failed = None;
-        for (kernel, result) in built {
-            match result {
-                Ok(pipeline) => drop(all.pipelines.insert(kernel, pipeline)),
-                Err(error) => failed = Some(error),
-            }
-        }
-        if let Some(error) = failed {
-            return Err(error);
-        }
+        let (sender, receiver) = mpsc::channel();
+        rayon::spawn(move || {
+            kernels.into_par_iter().with_max_len(1).for_each_with(sender, |sender, kernel| {
+                // Nobody listens any more where the user has interrupted.
+                let _ = sender.send((kernel, None));
+                let _ = sender.send((kernel, Some(maker.build(set.code(kernel)))));
+            });
+        });
+        all.receive(&receiver)?;
         device.store_pipeline_cache();
         Ok(all)
     }
 
+    /// Waits for all pipelines that are built.
+    fn receive(&mut self, built: &mpsc::Receiver<News>) -> Result<(), VkError> {
+        let (mut wait, mut under_way, mut failed) = (Wait::new(), Vec::<Kernel>::new(), None);
+        loop {
+            match built.recv_timeout(watch::LOOK) {
+                Ok((kernel, None)) => under_way.push(kernel),
+                Ok((kernel, Some(result))) => {
+                    under_way.retain(|k| *k != kernel);
+                    match result {
+                        Ok(pipeline) => drop(self.pipelines.insert(kernel, pipeline)),
+                        Err(error) => failed = Some(error),
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => return failed.map_or(Ok(()), Err),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if !wait.goes_on(|| compiling(&under_way)) {
+                return Err(VkError::Interrupted { at: compiling(&under_way) });
+            }
+        }
+    }
+
     /// The set that they were built from.
-    pub(super) fn set(&self) -> &KernelSet {
+    pub fn set(&self) -> &KernelSet {
         &self.set
     }
 
     /// Whether they compute in double precision.
-    pub(super) fn double(&self) -> bool {
+    pub fn double(&self) -> bool {
         self.double
     }
 
@@ -91,6 +113,14 @@ impl Pipelines {
     }
 }
 
+/// A kernel that is begun, or what became of it.
+type News = (Kernel, Option<Result<Pipeline, VkError>>);
+
+fn compiling(kernels: &[Kernel]) -> String {
+    let names: Vec<String> = kernels.iter().map(|k| format!("`{}`", k.name())).collect();
+    format!("compiling {}", names.join(" and "))
+}
+
 /// Which of a kernel's compiled forms.
 #[derive(Debug, Clone, Copy)]
 enum Form {
@@ -100,14 +130,14 @@ enum Form {
 }
 
 /// What a pipeline is made of, apart from its kernel; shared by threads (a pipeline cache may be).
-struct Maker<'a> {
-    raw: &'a ash::Device,
+struct Maker {
+    raw: ash::Device,
     cache: vk::PipelineCache,
     values: Vec<(u32, u32)>,
     form: Form,
 }
 
-impl Maker<'_> {
+impl Maker {
     fn build(&self, code: &KernelCode) -> Result<Pipeline, VkError> {
         let used = code.reads | code.writes;
         let storage = (0..BUFFERS.len() as u32).filter(|b| used >> b & 1 == 1).map(|b| {
@@ -136,7 +166,7 @@ impl Maker<'_> {
             .map_err(call("vkCreateDescriptorSetLayout", code.name))?;
         let result = self.finish(code, &mut made);
         if let Err(error) = result {
-            destroy(self.raw, &made);
+            destroy(&self.raw, &made);
             return Err(error);
         }
         Ok(made)
@@ -195,6 +225,9 @@ fn destroy(raw: &ash::Device, pipeline: &Pipeline) {
 
 impl Drop for Pipelines {
     fn drop(&mut self) {
+        if watch::is_abandoned() {
+            return;
+        }
         for pipeline in self.pipelines.values() {
             destroy(&self.device.raw, pipeline);
         }

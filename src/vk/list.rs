@@ -1,7 +1,9 @@
 //! `whitted devices`: what is there, and whether it can be used.
 
-use super::device::{Instance, candidates, choose};
+use super::candidate::{Candidate, candidates};
+use super::choice::{advantage, choose};
 use super::error::VkError;
+use super::instance::Instance;
 use crate::settings::DeviceChoice;
 use serde::Serialize;
 
@@ -12,6 +14,8 @@ pub struct DeviceSummary {
     pub index: usize,
     /// True for the one that is taken if none is asked for.
     pub default: bool,
+    /// What the one that is taken has before this one; null for that one, and where this cannot be used.
+    pub behind: Option<String>,
     /// As the driver names it.
     pub name: String,
     /// `cpu`, `discrete`, `integrated`, `virtual` or `other`.
@@ -45,19 +49,33 @@ pub struct DeviceSummary {
     pub unusable: Option<String>,
 }
 
+/// Devices, and drivers that are not there.
+#[derive(Debug, Clone)]
+pub struct Devices {
+    /// In the order that `--device N` counts.
+    pub listed: Vec<DeviceSummary>,
+    /// What the user should know of drivers that could not be loaded.
+    pub notes: Vec<String>,
+}
+
 /// All Vulkan devices, in the order that `--device N` counts.
-pub fn list() -> Result<Vec<DeviceSummary>, VkError> {
+pub fn list() -> Result<Devices, VkError> {
     let instance = Instance::new(false)?;
     let all = candidates(&instance)?;
-    let best = choose(all.clone(), &DeviceChoice::Best).ok().map(|c| c.handle);
-    Ok(all
+    let best = choose(&all, &DeviceChoice::Best, &[]).ok();
+    let behind = |c: &Candidate| {
+        let other = best.as_ref().filter(|b| b.handle != c.handle && c.lacks().is_none());
+        other.map(|b| advantage(b, c))
+    };
+    let listed = all
         .into_iter()
         .enumerate()
         .map(|(index, c)| {
             let limits = &c.properties.limits;
             DeviceSummary {
                 index,
-                default: best == Some(c.handle),
+                default: best.as_ref().is_some_and(|b| b.handle == c.handle),
+                behind: behind(&c),
                 name: c.name.clone(),
                 kind: c.kind().into(),
                 driver: c.driver.clone(),
@@ -75,5 +93,6 @@ pub fn list() -> Result<Vec<DeviceSummary>, VkError> {
                 unusable: c.lacks(),
             }
         })
-        .collect())
+        .collect();
+    Ok(Devices { listed, notes: instance.notes.clone() })
 }

@@ -4,6 +4,7 @@ use super::buffer::{Buffers, Made};
 use super::device::Device;
 use super::error::{VkError, call};
 use super::kernel::{Pipelines, bound, viewed};
+use super::watch::{self, Wait};
 use crate::kernel::abi::{BUFFERS, Buf, GROUPS_PER_ROW, Push, TEXELS_AT};
 use crate::kernel::table::{KERNELS, Kernel};
 use crate::plan::passes::{Pass, Size, at_depth};
@@ -58,6 +59,8 @@ pub struct Recorder {
     labels: Option<ash::ext::debug_utils::Device>,
     workgroup: u32,
     recorded: Vec<(Kernel, u32)>,
+    /// True once a submit has ended: its kernels are compiled, as they may be at the first dispatch alone.
+    ran: bool,
     /// The first timestamp of all.
     epoch: Option<u64>,
     /// Before the last submit and after its fence.
@@ -94,6 +97,7 @@ impl Recorder {
             labels: device.labels(),
             workgroup,
             recorded: Vec::new(),
+            ran: false,
             epoch: None,
             submitted: None,
         };
@@ -175,6 +179,13 @@ impl Recorder {
             }
         }
         Ok(())
+    }
+
+    /// The same for buffers that have been made longer since; its times go on from the same beginning.
+    pub fn renewed(&self, pipelines: &Pipelines, buffers: &Buffers) -> Result<Recorder, VkError> {
+        let mut recorder = Recorder::new(&self.device, pipelines, buffers, self.workgroup)?;
+        recorder.epoch = self.epoch;
+        Ok(recorder)
     }
 
     /// Begins a submit.
@@ -302,7 +313,7 @@ impl Recorder {
         };
         match d.pass.size {
             Size::One => self.groups(1),
-            Size::Samples | Size::Pixels => self.groups(d.items.div_ceil(self.workgroup)),
+            Size::Samples | Size::Pixels | Size::Walks => self.groups(d.items.div_ceil(self.workgroup)),
             Size::Rays => {
                 let queue = buffers.handle(at_depth(Buf::Queue, d.depth));
                 // SAFETY: recording; Queue starts with a VkDispatchIndirectCommand.
@@ -342,6 +353,9 @@ impl Recorder {
     /// Submits, waits, and says how long each dispatch took. Without timestamps the wall time of
     /// the submit is shared out evenly.
     pub fn submit(&mut self, buffers: &Buffers) -> Result<Vec<Timed>, VkError> {
+        if watch::is_abandoned() {
+            return Err(VkError::Interrupted { at: "earlier work".into() });
+        }
         let raw = &self.device.raw;
         let lost = |result, recorded: &[(Kernel, u32)]| match result {
             vk::Result::ERROR_DEVICE_LOST => VkError::Lost {
@@ -359,8 +373,8 @@ impl Recorder {
         // SAFETY: the fence is unsignalled, the command buffer ended.
         unsafe { raw.queue_submit(self.device.queue, &submits, self.fence) }
             .map_err(|r| lost(r, &self.recorded))?;
-        // SAFETY: the fence belongs to the submit above.
-        unsafe { raw.wait_for_fences(&[self.fence], true, u64::MAX) }.map_err(|r| lost(r, &self.recorded))?;
+        self.wait(buffers, &|r| lost(r, &self.recorded))?;
+        self.ran |= !self.recorded.is_empty();
         let end = Instant::now();
         self.submitted = Some([start, end]);
         let wall = (end - start).as_secs_f64();
@@ -401,6 +415,31 @@ impl Recorder {
                 seconds,
             })
             .collect())
+    }
+
+    /// Waits for the fence of the submit under way. What runs to its end soon is worth waiting for, also after an
+    /// interrupt; what compiles is not.
+    fn wait(&self, buffers: &Buffers, failed: &dyn Fn(vk::Result) -> VkError) -> Result<(), VkError> {
+        let raw = &self.device.raw;
+        let look = watch::LOOK.as_nanos() as u64;
+        let mut wait = Wait::new();
+        let at = || {
+            "compiling ".to_owned()
+                + &match self.recorded.get(buffers.last_marker() as usize) {
+                    Some((kernel, 0)) => format!("`{}`", kernel.name()),
+                    Some((kernel, depth)) => format!("`{}` at depth {depth}", kernel.name()),
+                    None => "a copy".into(),
+                }
+        };
+        loop {
+            // SAFETY: the fence belongs to the submit under way.
+            match unsafe { raw.wait_for_fences(&[self.fence], true, look) } {
+                Ok(()) => return Ok(()),
+                Err(vk::Result::TIMEOUT) if self.ran || wait.goes_on(at) => {}
+                Err(vk::Result::TIMEOUT) => return Err(VkError::Interrupted { at: at() }),
+                Err(result) => return Err(failed(result)),
+            }
+        }
     }
 
     /// Host times just before the last submit and just after its end was seen.
@@ -487,6 +526,9 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
+        if watch::is_abandoned() {
+            return;
+        }
         let raw = &self.device.raw;
         // SAFETY: submits are waited for, except after an error: then this waits, or the device is
         // lost and nothing runs.

@@ -48,7 +48,9 @@ fn unknown(text: &str, commands: &[String], options: &[String]) -> Vec<String> {
             }
         }
         let other_program =
-            ["cargo", "apt", "git ", "against", "povray", "spirv-", "curl"].iter().any(|w| line.contains(w));
+            ["cargo", "apt", "git ", "against", "povray", "spirv-", "curl", "openjd run", "parallel"]
+                .iter()
+                .any(|w| line.contains(w));
         for (at, _) in line.match_indices("--").filter(|_| !other_program) {
             let word: String =
                 line[at..].chars().take_while(|c| c.is_ascii_lowercase() || *c == '-').collect();

@@ -38,6 +38,7 @@ fn the_pass_table_is_the_codes() {
                 Size::Samples => "samples",
                 Size::Pixels => "pixels",
                 Size::Rays => "rays",
+                Size::Walks => "some rays",
             };
             let when = match p.when {
                 When::Always => "",
@@ -46,8 +47,10 @@ fn the_pass_table_is_the_codes() {
                 When::Branching => ", from 2 on, where rays branch",
             };
             let way = match p.way {
-                Way::Both => "",
+                Way::Any => "",
                 Way::Split => "; split",
+                Way::Stages => "; split or in parts",
+                Way::Parts => "; in parts",
                 Way::Fused => "; fused",
             };
             let (name, what) = (p.kernel.name(), purpose(p.kernel.name()));
@@ -107,8 +110,8 @@ fn the_buffer_table_is_the_codes() {
         bytes("Film")
     )
     .unwrap();
-    let bound = |fused: bool| {
-        let widths = passes::all().filter(|p| p.is_of(fused)).map(|p| {
+    let bound = |way: Way| {
+        let widths = passes::all().filter(|p| p.is_of(way)).map(|p| {
             let both: std::collections::BTreeSet<u32> =
                 p.reads.iter().chain(p.writes).map(|b| *b as u32).collect();
             both.len()
@@ -119,8 +122,8 @@ fn the_buffer_table_is_the_codes() {
         table,
         "\nThe widest split kernel binds {} storage buffers, as many as a device must offer; the widest fused one binds {}, and is used\n\
          only where the device offers that many.",
-        bound(false),
-        bound(true)
+        bound(Way::Split),
+        bound(Way::Fused)
     )
     .unwrap();
     write("buffers", &table);

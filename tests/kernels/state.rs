@@ -155,6 +155,8 @@ impl State {
             Buf::DepthCounts => 4,
             Buf::Counters => (COUNTERS + TEST_WORDS * RAY_KINDS * 4) as usize,
             Buf::EyeMedia => v.media as usize,
+            // Spare invocations of the last group walk too.
+            Buf::Walks => (RAYS.next_multiple_of(WORKGROUP_MAX) * WALK_WORDS) as usize,
             Buf::Queue | Buf::NextQueue => 1,
             _ => 2 * RAYS as usize,
         };

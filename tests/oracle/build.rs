@@ -3,7 +3,7 @@
 use glam::DVec3;
 use whitted::reference::oracle::{Oracle, Sample};
 use whitted::scene::{
-    Camera, Face, Fresnel, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
+    Camera, Face, Fresnel, Light, Material, Mesh, Notes, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
 };
 use whitted::settings::Settings;
 
@@ -21,6 +21,7 @@ pub fn matte() -> Material {
         fresnel: Fresnel::Constant(1.0),
         ior: 1.0,
         priority: 0,
+        undrawn: None,
     }
 }
 
@@ -61,6 +62,7 @@ pub fn scene() -> Scene {
         spheres: vec![],
         polygons: vec![],
         meshes: vec![],
+        notes: Notes::default(),
     }
 }
 
@@ -89,7 +91,7 @@ impl Add for Scene {
 
     fn polygon(&mut self, vertices: &[DVec3], material: usize) {
         let normal = (vertices[1] - vertices[0]).cross(vertices[2] - vertices[0]).normalize();
-        self.polygons.push(Polygon { vertices: vertices.to_vec(), normal, material });
+        self.polygons.push(Polygon::fan(vertices.to_vec(), normal, material));
     }
 
     fn rectangle(&mut self, middle: DVec3, s: DVec3, t: DVec3, material: usize) {

@@ -4,11 +4,15 @@
 // passes. lavapipe loads an address that all lanes share once if the load is outside all control
 // flow, and it runs both sides of a branch (docs/design/decisions/005-brute-force-filter.md); on a
 // GPU the lanes do not diverge.
+// Where there are more, drivers unroll the loops before they see that nothing calls them.
+const uint unrolled_triangles = outside_triangle_count <= UNROLL_MAX ? outside_triangle_count : 0u;
+const uint unrolled_spheres = outside_sphere_count <= UNROLL_MAX ? outside_sphere_count : 0u;
+
 void filtered_brute_force(TraversalRay r, bool any, inout Best best) {
     uint candidates = 0u;
     count_primitives(outside_triangle_count + outside_sphere_count);
-    [[unroll]] for (uint i = 0u; i < outside_triangle_count; i++) candidates |= filter_triangle(i, r);
-    [[unroll]] for (uint i = 0u; i < outside_sphere_count; i++) candidates |= filter_sphere(i, r);
+    [[unroll]] for (uint i = 0u; i < unrolled_triangles; i++) candidates |= filter_triangle(i, r);
+    [[unroll]] for (uint i = 0u; i < unrolled_spheres; i++) candidates |= filter_sphere(i, r);
     const bool has_other_bits = outside_triangle_count < 32u;
     const uint are_triangles = has_other_bits ? (1u << outside_triangle_count) - 1u : 0xffffffffu;
 #ifdef LANES
@@ -51,12 +55,33 @@ void filtered_brute_force(TraversalRay r, bool any, inout Best best) {
 void traverse_brute_force(TraversalRay r, bool any, inout Best best) {
     if (triangle_count + sphere_count <= UNROLL_MAX) {
         filtered_brute_force(r, any, best);
-    } else {
+    } else if (triangle_count + sphere_count <= LOOP_CAP) {
         count_primitives(triangle_count + sphere_count);
         [[dont_unroll]] for (uint i = 0u; i < triangle_count; i++) test_triangle(i, r, best);
         [[dont_unroll]] for (uint i = 0u; i < sphere_count; i++) test_sphere(triangle_count + i, r, best);
+    } else {
+        // More than the loops of one invocation may have (traverse.glsl).
+        atomicAdd(counters[COUNTER_UNFINISHED], 1u);
     }
 }
+
+#ifdef IN_PARTS
+// The same, LOOP_CAP primitives a dispatch.
+void go_on_by_brute_force(TraversalRay r, bool any, bool begin, inout Best best) {
+    const uint all = triangle_count + sphere_count;
+    if (all <= LOOP_CAP) {
+        if (begin) traverse_brute_force(r, any, best);
+        return;
+    }
+    uint first = begin ? 0u : kept(0u);
+    uint end = first + min(all - first, LOOP_CAP);
+    count_primitives(end - first);
+    [[dont_unroll]] for (uint i = first; i < min(end, triangle_count); i++) test_triangle(i, r, best);
+    [[dont_unroll]] for (uint i = max(first, triangle_count); i < end; i++) test_sphere(i, r, best);
+    keep(0u, end);
+    if (end < all) atomicAdd(counters[COUNTER_UNFINISHED], 1u);
+}
+#endif
 
 #ifdef LANES
 // What is outside the hierarchy, by the whole test: at most eight primitives, fetched by the lanes

@@ -27,16 +27,30 @@ uint present(Node n) {
 // wait for others at something else (Aila and Laine, "Understanding the Efficiency of Ray Traversal
 // on GPUs", HPG 2009, "while-while"): down to a leaf, through the leaf to a primitive that passes
 // the filter, and the whole test when each lane has one or is done.
+//
+// Steps. What a driver counts for a vector of lanes is at most the sum of what its lanes count: every pass
+// through a loop's body has a lane that takes part, and what else a loop costs, a pass of its condition alone,
+// is counted with the loop around it. So a pass of an inner loop is one step; of the loop around the two of
+// them, one and one for each of them; of the outermost, one and those three.
 void traverse_hierarchy(TraversalRay r, bool any, inout Best best) {
     uint stack[STACK_SIZE + 4u]; // below all DONE, above all what is written and not kept
     stack[0] = DONE;
-    uint top = 1u, steps = 0u;
+    uint top = 1u;
     uint current = 0u;      // the root is node 0
     uint at = 0u, end = 0u; // what is left of the leaf in hand
+#ifdef IN_PARTS
+    if (push.walk_round != 0u) {
+        current = kept(0u);
+        at = kept(1u);
+        end = kept(2u);
+        top = kept(3u);
+        for (uint k = 1u; k < top; k++) stack[k] = kept(3u + k);
+    }
+#endif
     while (current != DONE || at < end) {
         uint candidate = NONE;
         while (candidate == NONE && (current != DONE || at < end)) {
-            while (at == end && (current & LEAF_BIT) == 0u) {
+            while (at == end && (current & LEAF_BIT) == 0u && steps <= loop_cap) {
                 Node n = load_nodes(current);
                 if (counting != 0u) count_boxes(present(n));
                 real t0 = entry(n.lo_0, n.hi_0, r, best.t), t1 = entry(n.lo_1, n.hi_1, r, best.t);
@@ -65,7 +79,8 @@ void traverse_hierarchy(TraversalRay r, bool any, inout Best best) {
                 }
                 steps++;
             }
-            if (at == end && current != DONE) {
+            // A leaf: LEAF_BIT is the sign, and DONE is -1.
+            if (at == end && int(current) < -1) {
                 at = current & ((1u << LEAF_FIRST_BITS) - 1u);
                 end = at + ((current & ~LEAF_BIT) >> LEAF_FIRST_BITS) + 1u;
                 current = stack[--top];
@@ -76,18 +91,26 @@ void traverse_hierarchy(TraversalRay r, bool any, inout Best best) {
                 at++;
                 steps++;
             }
-            steps++; // of this loop too: lavapipe's limit is on the iterations of all
+            steps += 3u;
             if (steps > loop_cap) break;
         }
-        steps++;
-        if (steps > loop_cap) {
-            atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
-            break;
-        }
+        steps += 4u;
         if (candidate != NONE) {
             if (triangles_in_hierarchy && candidate < triangle_count) test_triangle(candidate, r, best);
             if (spheres_in_hierarchy && candidate >= triangle_count) test_sphere(candidate, r, best);
-            if (any && best.primitive != NONE) break;
+            if (any && best.primitive != NONE) {
+                current = DONE;
+                at = end;
+            }
         }
+        if (steps > loop_cap) break;
     }
+#ifdef IN_PARTS
+    keep(0u, current);
+    keep(1u, at);
+    keep(2u, end);
+    keep(3u, top);
+    for (uint k = 1u; k < top; k++) keep(3u + k, stack[k]);
+#endif
+    if (current != DONE || at < end) atomicAdd(counters[COUNTER_UNFINISHED], 1u);
 }

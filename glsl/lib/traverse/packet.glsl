@@ -226,9 +226,16 @@ void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
     Packet packet;
     share_rays(r, packet);
     PacketStack stack = empty_stack();
-    uint steps = 0u;
     uint current = 0u; // the root is node 0
     bool overflowed = false;
+#ifdef IN_PARTS
+    if (push.walk_round != 0u) {
+        current = kept(0u);
+        stack.top = kept(1u);
+        [[unroll]] for (uint k = 0u; k < ROWS_MOST; k++) stack.rows[k] = kept(2u + k);
+        if (current == DONE) return;
+    }
+#endif
     // Below 0 once a ray is done: then it meets no box.
     real limit = alive ? best.t : real(-1.0);
     do {
@@ -260,13 +267,12 @@ void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
             uint below = pop(!down, stack);
             current = down ? subgroupShuffle(near, 0u) : below;
             steps++;
-            current = steps > loop_cap ? DONE : current;
-        } while ((current & LEAF_BIT) == 0u);
+        } while ((current & LEAF_BIT) == 0u && steps <= loop_cap);
         // Through leaves, a primitive an iteration, to the next node.
         do {
             uint at = current & ((1u << LEAF_FIRST_BITS) - 1u);
             uint more = (current & ~LEAF_BIT) >> LEAF_FIRST_BITS;
-            bool leaf = current != DONE;
+            bool leaf = int(current) < -1; // LEAF_BIT is the sign, and DONE is -1
             if (triangles_in_hierarchy) {
                 bool mine = leaf && limit >= 0.0 && (!spheres_in_hierarchy || at < triangle_count);
                 count_primitives(mine ? 1u : 0u);
@@ -279,12 +285,17 @@ void traverse_packet(TraversalRay r, bool alive, bool any, inout Best best) {
             }
             limit = limit >= 0.0 ? (any && best.primitive != NONE ? real(-1.0) : best.t) : limit;
             uint below = pop(more == 0u && leaf, stack);
-            current = leaf && more != 0u ? current + 1u - (1u << LEAF_FIRST_BITS) : (leaf ? below : DONE);
+            current = leaf ? (more != 0u ? current + 1u - (1u << LEAF_FIRST_BITS) : below) : current;
             if (any) current = any_lane(limit >= 0.0 ? 1u : 0u) == 0u ? DONE : current;
             steps++;
-        } while ((current & LEAF_BIT) != 0u && current != DONE);
+        } while (int(current) < -1);
         steps++; // lavapipe's limit is on the iterations of all loops
-    } while (current != DONE);
+    } while (current != DONE && steps <= loop_cap);
+#ifdef IN_PARTS
+    keep(0u, current);
+    keep(1u, stack.top);
+    [[unroll]] for (uint k = 0u; k < ROWS_MOST; k++) keep(2u + k, stack.rows[k]);
+#endif
     if (overflowed && alive) atomicAdd(counters[COUNTER_STACK_OVERFLOW], 1u);
-    if (steps > loop_cap && alive) atomicAdd(counters[COUNTER_LOOP_CAP], 1u);
+    if (current != DONE && alive) atomicAdd(counters[COUNTER_UNFINISHED], 1u);
 }

@@ -3,6 +3,8 @@
 // Larger than any t in the local frame, yet finite.
 const real FAR = 3.0e38;
 
+const bool by_hierarchy = use_bvh != 0u;
+
 struct TraversalRay {
     real3 origin;
     real3 direction;

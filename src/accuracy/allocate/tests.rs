@@ -268,3 +268,25 @@ fn one_pixel_and_a_flat_image_end() {
         assert!(allocation.gathered().samples.iter().all(|&n| n == 256));
     }
 }
+
+/// What is brighter than white is excluded at its price, or refused at once; never sampled for in vain.
+#[test]
+fn a_promise_that_costs_too_much_is_refused_after_the_pilot() {
+    let side = 16;
+    let picture = picture(Kind::Edges, side, 3);
+    let target = 0.02;
+    let run_with = |radiance: f32| {
+        let caps = Caps::uniform(Cap { radiance, area: 0.01, ..Cap::WHITE });
+        let goal = Goal::for_target(target, CONFIDENCE, (side * side) as usize, &caps, 1 << 16);
+        let mut allocation = Allocation::new(side, side, 1, goal, caps);
+        let mut painter =
+            Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 7, traced: 0 };
+        run(&mut allocation, &mut painter, |_| true).unwrap();
+        let each = allocation.samples() as f64 / f64::from(side * side);
+        (allocation.is_refused(), each, allocation.bound().unwrap().bound)
+    };
+    let (refused, each, bound) = run_with(100.0);
+    assert!(!refused && bound <= target && each > 500.0, "{each} {bound}");
+    let (refused, each, bound) = run_with(1e5);
+    assert!(refused && bound > target && each < 100.0, "{each} {bound}");
+}

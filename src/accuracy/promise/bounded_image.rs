@@ -180,6 +180,7 @@ impl Task<'_> {
         report.settings.samples = mean.round() as u32;
         report.settings.crop = self.settings.crop;
         report.scene.file = self.scene.file.display().to_string();
+        report.scene.notes = self.scene.notes.lines();
         let read = self.scene.read_time.0;
         report.time = TimeInfo {
             wall: before.wall + (read + survey.built() + prepared + render).as_secs_f64(),

@@ -2,11 +2,10 @@
 
 use super::Task;
 use super::bounded_image::{BoundedImage, Image};
-use super::resume_state::{Bounded, Stage, options};
+use super::resume_state::{Begun, Bounded, Stage, options};
 use super::traced::{Region, Tracing};
 use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::PixelSums;
-use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
 use crate::settings::{Precision, Settings};
@@ -36,8 +35,11 @@ impl Task<'_> {
 
         let start = Instant::now();
         let compared = survey.precision() != Precision::Double && self.renderer.device().has_double();
-        self.observer.span(0.0, if compared { 0.5 } else { 1.0 });
-        self.all(&mut survey, &settings, &mut image)?;
+        let begun = Begun { start, identity: &identity, before: &before };
+        let half = if compared { 0.5 } else { 1.0 };
+        while self.some(&mut survey, &settings, &mut image, [0.0, half])? {
+            [image, truth] = self.keep_budget(&survey, [image, truth], &begun);
+        }
         let mut render = start.elapsed();
         self.show(&survey, &image, start);
         let mut prepared = survey.prepared();
@@ -48,10 +50,11 @@ impl Task<'_> {
             let double = Settings { precision: Precision::Double, ..settings.clone() };
             let mut exact = Survey::new(self.renderer, self.scene, &double)?;
             prepared += exact.prepared();
-            let start = Instant::now();
-            self.observer.span(0.5, 1.0);
-            self.all(&mut exact, &double, &mut truth)?;
-            render += start.elapsed();
+            let exact_start = Instant::now();
+            while self.some(&mut exact, &double, &mut truth, [0.5, 1.0])? {
+                [image, truth] = self.keep_budget(&survey, [image, truth], &begun);
+            }
+            render += exact_start.elapsed();
             if truth.done() == 1.0 {
                 rounding = Some(budget::rounding(&image, &truth));
             }
@@ -72,19 +75,37 @@ impl Task<'_> {
         Ok(known)
     }
 
-    /// The samples that `gathered` lacks, pixel by pixel in order.
-    fn all(
+    /// The samples that `gathered` lacks, pixel by pixel in order, until a state is wanted: true if there is more to do
+    /// then. `span`: what all of them are of the whole.
+    fn some(
         &mut self,
         survey: &mut Survey,
         settings: &Settings,
         gathered: &mut PixelSums,
-    ) -> Result<(), RenderError> {
+        [from, to]: [f64; 2],
+    ) -> Result<bool, RenderError> {
         let region = Region::of(settings);
         let first = gathered.samples.iter().take_while(|n| **n > 0).count() as u32;
         let places: Vec<u32> = (first..region.pixels()).collect();
+        let done = f64::from(first) / f64::from(region.pixels());
+        self.observer.span(from + (to - from) * done, to);
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-        let traced = tracing.trace(&places, 0..settings.samples)?;
+        let traced = tracing.trace_some(&places, 0..settings.samples)?;
         gathered.add(&places, settings.samples, &traced);
-        Ok(())
+        Ok(traced.marks.len() < places.len() && !self.observer.cancelled())
+    }
+
+    /// Keeps the state, and gives the samples back.
+    fn keep_budget(
+        &mut self,
+        survey: &Survey,
+        [image, truth]: [PixelSums; 2],
+        begun: &Begun<'_>,
+    ) -> [PixelSums; 2] {
+        let nothing = || PixelSums::new(image.width, 0, image.replicates);
+        let nothing = [nothing(), nothing()];
+        let kept = Bounded::new(Stage::Settings, vec![image, truth]);
+        // They are the two that were put in.
+        <[PixelSums; 2]>::try_from(self.keep(survey, kept, begun)).unwrap_or(nothing)
     }
 }

@@ -12,6 +12,7 @@ mod fixed;
 mod monotone_progress;
 mod resume_state;
 mod rounding;
+mod settled;
 mod traced;
 mod truncation_choice;
 mod until_error;
@@ -20,13 +21,14 @@ mod watched;
 
 pub use bounded_image::{BoundedImage, Layer};
 pub use resume_state::Bounded;
+pub use settled::Settled;
 pub use until_time::LATE;
 
 use super::bright;
 use super::radiance_bound::{RadianceLimit, radiance_limit};
 use super::unseen::Caps;
 use crate::image::Format;
-use crate::render::{Mismatch, Observer, Quiet, RenderError, Renderer, ResumeState};
+use crate::render::{Observer, Quiet, RenderError, Renderer, ResumeState};
 use crate::scene::Scene;
 use crate::settings::{Settings, SettingsError};
 use monotone_progress::MonotoneProgress;
@@ -158,7 +160,7 @@ impl Renderer {
     }
 
     /// Renders what an earlier, interrupted render left; image and error are the same, bit for bit, as if it had not
-    /// been interrupted. A render for a time cannot be resumed.
+    /// been interrupted. A render for a time goes on for what is left of it, with all samples that it has.
     ///
     /// # Errors
     /// As [`Renderer::render_bounded`]; also [`RenderError::Mismatch`] if `earlier` is of another request, scene,
@@ -198,10 +200,7 @@ impl Renderer {
         let mut image = match request.target {
             Target::Settings => task.fixed(earlier),
             Target::Error(target) => task.until_error(target, earlier),
-            Target::Time { .. } if earlier.is_some() => {
-                return Err(Mismatch("a render with --time goes on from no other".into()).into());
-            }
-            Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers),
+            Target::Time { seconds, from, layers } => task.until_time(seconds, from, layers, earlier),
         }?;
         if let Some(unfinished) = &mut image.unfinished {
             unfinished.time = image.report.time.clone();

@@ -1,6 +1,6 @@
 //! Progress of a whole whose length is learnt on the way: it only goes forward.
 
-use crate::render::{ImageSoFar, Observer};
+use crate::render::{ImageSoFar, Observer, State};
 use std::time::Instant;
 
 /// Steps of the whole.
@@ -55,6 +55,14 @@ impl Observer for MonotoneProgress<'_> {
 
     fn image(&mut self, so_far: &ImageSoFar<'_>) {
         self.observer.image(so_far);
+    }
+
+    fn wants_state(&self) -> bool {
+        self.observer.wants_state()
+    }
+
+    fn keep(&mut self, state: &dyn State) {
+        self.observer.keep(state);
     }
 }
 

@@ -2,13 +2,15 @@
 
 use super::rounding::RoundingEstimate;
 use super::truncation_choice::TruncationChoice;
-use super::{Request, Target};
+use super::{Request, Target, Task};
 use crate::accuracy::allocate::Allocation;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::unseen::Caps;
-use crate::render::{Kind, Mismatch, Payload};
-use crate::report::SettingsInfo;
+use crate::render::{Identity, Kind, Mismatch, Payload, Survey};
+use crate::report::{SettingsInfo, TimeInfo};
 use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
+use std::time::Instant;
 
 /// How far it was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,6 +19,34 @@ pub(super) enum Stage {
     Settings,
     /// `--error`: everything that was chosen, and the allocation without its samples.
     Error(Box<Chosen>),
+    /// `--time`: the same.
+    Time(Box<Timed>),
+}
+
+/// What `--time` chose, as far as it was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Timed {
+    pub(super) cut: Option<TruncationChoice>,
+    pub(super) rounded: Option<RoundingEstimate>,
+    /// Rays a second.
+    pub(super) pace: f64,
+    pub(super) allocation: Allocation,
+}
+
+/// The render of which states are kept.
+pub(super) struct Begun<'a> {
+    pub(super) start: Instant,
+    pub(super) identity: &'a Identity,
+    /// What earlier parts took.
+    pub(super) before: &'a TimeInfo,
+}
+
+impl Task<'_> {
+    /// Keeps the state of a render that goes on, and gives its samples back.
+    pub(super) fn keep(&mut self, survey: &Survey, kept: Bounded, begun: &Begun<'_>) -> Vec<PixelSums> {
+        let Begun { start, identity, before } = *begun;
+        survey.keep(&mut self.observer, before.clone(), start, identity, kept).images
+    }
 }
 
 /// What `--error` chose.
@@ -48,7 +78,7 @@ impl Bounded {
     pub(super) fn into_budget(self) -> Result<Vec<PixelSums>, Mismatch> {
         match self.stage {
             Stage::Settings => Ok(self.images),
-            Stage::Error(_) => Err(Mismatch("it holds no samples of --budget".into())),
+            Stage::Error(_) | Stage::Time(_) => Err(Mismatch("it holds no samples of --budget".into())),
         }
     }
 
@@ -63,11 +93,29 @@ impl Bounded {
     }
 }
 
+impl Bounded {
+    /// What `--time` chose, with its samples.
+    pub(super) fn into_timed(mut self, caps: Caps) -> Result<Timed, Mismatch> {
+        if let (Stage::Time(mut timed), Some(image)) = (self.stage, self.images.pop())
+            && timed.allocation.put_gathered(image, caps)
+            && (0.0..f64::INFINITY).contains(&timed.pace)
+        {
+            return Ok(*timed);
+        }
+        Err(Mismatch("it holds no samples of --time".into()))
+    }
+}
+
 impl Payload for Bounded {
     const KIND: Kind = Kind::Bounded;
 
-    fn put(&self, to: &mut Vec<u8>) {
-        self.images.iter().for_each(|image| image.put(to));
+    fn put(&self, to: &mut dyn Write) -> io::Result<()> {
+        for image in &self.images {
+            let mut bytes = Vec::new();
+            image.put(&mut bytes);
+            to.write_all(&bytes)?;
+        }
+        Ok(())
     }
 
     fn take(&mut self, mut from: &[u8], settings: &SettingsInfo) -> Option<()> {

@@ -63,6 +63,11 @@ impl Tracing<'_> {
         seen.add(&(0..count).collect::<Vec<_>>(), LOOK_SAMPLES, &traced);
         Ok(seen)
     }
+
+    /// As `trace`, until a state is wanted, too.
+    pub(super) fn trace_some(&mut self, places: &[u32], samples: Range<u32>) -> Result<Traced, RenderError> {
+        self.survey.trace_some(&self.region.in_image(places), samples, self.observer)
+    }
 }
 
 impl Source for Tracing<'_> {

@@ -1,7 +1,7 @@
 //! `--error`: the cheapest samples, depth and precision whose parts come to the error asked for.
 
 use super::bounded_image::{BoundedImage, Image};
-use super::resume_state::{Bounded, Chosen, Stage, options};
+use super::resume_state::{Begun, Bounded, Chosen, Stage, options};
 use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
@@ -9,8 +9,7 @@ use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::image::{Bits, Format, View};
-use crate::render::samples::Source;
+use crate::image::{Bits, View};
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
 use crate::settings::{Precision, Settings};
@@ -48,7 +47,13 @@ impl Task<'_> {
         };
         self.go_to(&mut survey, &chosen)?;
         // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        while self.sample(&mut survey, target, &mut chosen, start)? == Sampled::LosesTooMuch {
+        while self.sample(
+            &mut survey,
+            target,
+            &mut chosen,
+            &Begun { start, identity: &identity, before: &before },
+        )? == Sampled::LosesTooMuch
+        {
             let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
             if self.observer.cancelled() {
                 survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
@@ -60,6 +65,7 @@ impl Task<'_> {
             chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
         }
         let capped = chosen.allocation.outcome() == Outcome::Capped;
+        let refused = chosen.allocation.is_refused();
         let cancelled = self.observer.cancelled();
         let samples =
             if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
@@ -75,7 +81,7 @@ impl Task<'_> {
         let mut known = self.known(image, &survey);
         let error = known.report.error.as_ref();
         let met = error.is_some_and(|e| e.rounding.is_some() && e.void.is_none() && e.total <= target);
-        let why = error.map(|e| unmet(e, target, depth, &limit, capped));
+        let why = error.map(|e| unmet(e, target, depth, &limit, (capped, refused)));
         known.cancelled &= !met;
         known.unfinished = kept.filter(|_| !met);
         known.report.asked.error = Some(target);
@@ -89,7 +95,7 @@ impl Task<'_> {
     }
 
     /// Precision and cut; of no meaning if it was cancelled meanwhile.
-    fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+    pub(super) fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
         self.observer.span(0.0, CHOICE[0]);
         let asked = survey.precision();
         let rounded = self.precision_for(survey, target)?;
@@ -100,7 +106,7 @@ impl Task<'_> {
     }
 
     /// Lets `survey` be as it was chosen.
-    fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
+    pub(super) fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
             let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
@@ -117,8 +123,9 @@ impl Task<'_> {
         let linear = image.linear();
         let view = View { width: image.width, height: image.height(), linear: &linear };
         let error = format.encoding_error(view);
-        if format == Format::Png(Bits::Eight) && !self.request.keep_bits && error > ENCODING_SHARE * target {
-            let finer = Format::Png(Bits::Sixteen);
+        let finer =
+            format.with_bits(Bits::Sixteen).filter(|finer| *finer != format && !self.request.keep_bits);
+        if let Some(finer) = finer.filter(|_| error > ENCODING_SHARE * target) {
             self.request.file = Some(finer);
             return finer.encoding_error(view);
         }
@@ -175,7 +182,7 @@ impl Task<'_> {
         survey: &mut Survey,
         target: f64,
         chosen: &mut Chosen,
-        start: Instant,
+        begun: &Begun<'_>,
     ) -> Result<Sampled, RenderError> {
         let region = Region::of(&self.settings);
         loop {
@@ -201,16 +208,37 @@ impl Task<'_> {
             let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE[1]);
             self.observer.span(CHOICE[1] + done / all, CHOICE[1] + (done + more) / all);
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             chosen.allocation.record(&step, &traced);
-            self.show(survey, chosen.allocation.gathered(), start);
+            self.show(survey, chosen.allocation.gathered(), begun.start);
+            if self.observer.wants_state() && !self.observer.cancelled() {
+                self.keep_chosen(survey, chosen, begun);
+            }
         }
         Ok(Sampled::All)
     }
 }
 
+impl Task<'_> {
+    /// Keeps the state of a render that goes on.
+    fn keep_chosen(&mut self, survey: &Survey, chosen: &mut Chosen, begun: &Begun<'_>) {
+        let images = vec![chosen.allocation.take_gathered()];
+        let kept = Bounded::new(Stage::Error(Box::new(chosen.clone())), images);
+        for image in self.keep(survey, kept, begun) {
+            // It is the image that was taken out.
+            chosen.allocation.put_gathered(image, self.caps.clone());
+        }
+    }
+}
+
 /// The part of the error that keeps it from the target, and a remedy.
-fn unmet(e: &ErrorInfo, target: f64, depth: u32, limit: &RadianceLimit, capped: bool) -> String {
+fn unmet(
+    e: &ErrorInfo,
+    target: f64,
+    depth: u32,
+    limit: &RadianceLimit,
+    (capped, refused): (bool, bool),
+) -> String {
     let figure = crate::units::figure;
     if let Some(why) = &e.void {
         return why.clone();
@@ -239,14 +267,19 @@ fn unmet(e: &ErrorInfo, target: f64, depth: u32, limit: &RadianceLimit, capped: 
     if e.encoding == Some(most) {
         return format!("the file's own steps cause {}; try --bits 16, or .exr", figure(most));
     }
-    if e.unseen > 0.7 * e.sampling {
+    if refused || e.unseen > 0.7 * e.sampling {
         let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
         return format!(
             "parts of pixels that no sample met may hold radiance up to {}, and could cause {}: lamps close to surfaces, \
-             or bright things smaller than a pixel, seen directly or in mirrors and glass; a larger --size, a weaker or \
+             or bright things smaller than a pixel, seen directly or in mirrors and glass{}; a larger --size, a weaker or \
              more distant light, or an error above {} would do",
             figure(brightest),
             figure(e.unseen),
+            if refused {
+                ", and to exclude them takes more samples than the whole image is worth"
+            } else {
+                ""
+            },
             figure(e.total)
         );
     }

@@ -5,6 +5,7 @@
 //! fine, and steps may be cut anywhere.
 
 use super::bounded_image::{BoundedImage, Image};
+use super::resume_state::{Begun, Bounded, Stage, Timed, options};
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
@@ -12,9 +13,10 @@ use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::image::{Bits, Format, Metadata, View};
-use crate::render::samples::Source;
-use crate::render::{Observer, RenderError, Survey};
+use crate::render::samples::{Mark, Source};
+use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
+use crate::settings::sampler::pcg4d;
 use crate::settings::{Precision, Settings};
 use std::io;
 use std::time::{Duration, Instant};
@@ -38,6 +40,10 @@ const ROUNDING_SHARE: f64 = 0.06;
 const LEAST_PIXELS: usize = 256;
 /// Greatest depth of those.
 const LEAST_DEPTH: u32 = 4;
+/// Pixels by which the writing of the image is timed.
+const STRIP_PIXELS: u32 = 1 << 14;
+/// Time to write an image to a file / to memory.
+const FILE_SYSTEM: f64 = 1.25;
 
 /// When what has to be done.
 struct Clock {
@@ -72,17 +78,28 @@ impl Task<'_> {
         seconds: f64,
         from: Instant,
         layers: u32,
+        earlier: Option<ResumeState<Bounded>>,
     ) -> Result<BoundedImage, RenderError> {
-        self.observer.by_clock(from, seconds);
         let own = self.settings.clone();
         let depth = if self.request.keep_depth { own.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..self.settings };
         let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+        let identity = survey.identity(&self.settings, options(&self.request));
+        let (timed, before) = match earlier {
+            Some(state) => {
+                let (samples, before) = survey.take_up(state, &identity)?;
+                (Some(samples.into_timed(self.caps.clone())?), before)
+            }
+            None => (None, TimeInfo::default()),
+        };
+        // What earlier parts took is gone.
+        let (all, seconds) = (seconds, (seconds - before.wall).max(0.0));
+        self.observer.by_clock(from, seconds);
         let start = Instant::now();
+        let begun = Begun { start, identity: &identity, before: &before };
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let black = PixelSums::new(region.width, region.height, 1);
-        let reserve = closing + output_seconds(&black, &self, layers);
+        let reserve = closing + output_seconds(&self, layers);
         let mut clock = Clock { from, seconds, reserve };
 
         // Every pixel once, at the scene's own depth: from then on there is an image.
@@ -94,37 +111,49 @@ impl Task<'_> {
             pilot: LOOK_SAMPLES,
             most: MOST_SAMPLES,
         };
-        let mut allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
-        let mut pace = self.cover_in_time(&mut survey, &clock, &mut allocation)?;
+        let mut timed = timed.unwrap_or_else(|| {
+            let allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
+            Timed { cut: None, rounded: None, pace: 0.0, allocation }
+        });
+        self.cover_in_time(&mut survey, &clock, &mut timed, &begun)?;
         let begin = Instant::now();
-        self.show(&survey, allocation.gathered(), start);
+        self.show(&survey, timed.allocation.gathered(), start);
         let shown = begin.elapsed().as_secs_f64();
-        clock.reserve =
-            shown + clock.reserve.max(closing + output_seconds(allocation.gathered(), &self, layers));
-        let mut rounded = None;
-        if allocation.is_covered() {
-            let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
-            if cut.depth < own.depth {
-                // No worse than what the scene asks for.
-                (cut.depth, cut.cutoff) = (own.depth, own.cutoff);
+        clock.reserve += shown;
+        if timed.allocation.is_covered() {
+            if timed.cut.is_none() {
+                let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
+                if cut.depth < own.depth {
+                    // No worse than what the scene asks for.
+                    (cut.depth, cut.cutoff) = (own.depth, own.cutoff);
+                }
+                survey.cut_at(cut.depth, cut.cutoff);
+                timed.pace = f64::max(timed.pace, fast);
+                timed.rounded = self.rounded_in_time(&mut survey, &clock, timed.pace / cut.rays)?;
+                timed.cut = Some(cut);
             }
-            survey.cut_at(cut.depth, cut.cutoff);
-            pace = f64::max(pace, fast);
-            rounded = self.rounded_in_time(&mut survey, &clock, pace / cut.rays)?;
-            survey.cut_at(cut.depth, cut.cutoff);
-            self.sample_in_time(&mut survey, &clock, &mut allocation, pace, start)?;
-        } else if allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
-            self.trace_little(&mut survey, &mut allocation)?;
-            self.show(&survey, allocation.gathered(), start);
+            if let Some(cut) = &timed.cut {
+                survey.cut_at(cut.depth, cut.cutoff);
+            }
+            self.sample_in_time(&mut survey, &clock, &mut timed, &begun)?;
+        } else if timed.allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
+            self.trace_little(&mut survey, &mut timed.allocation)?;
+            self.show(&survey, timed.allocation.gathered(), start);
         }
 
-        let short = !allocation.is_covered();
-        let (samples, prepared, render) = (allocation.gathered().clone(), survey.prepared(), start.elapsed());
-        let rounding = rounded.map(|r| (r.part(&samples), r.pixels));
+        let short = !timed.allocation.is_covered();
+        let (prepared, render) = (survey.prepared(), start.elapsed());
+        let samples = timed.allocation.gathered().clone();
+        let rounding = timed.rounded.map(|r| (r.part(&samples), r.pixels));
         let pilot = samples.done();
-        let before = TimeInfo::default();
+        let kept = (self.observer.cancelled() && pilot > 0.0).then(|| {
+            let images = vec![timed.allocation.take_gathered()];
+            survey.resume_state(identity, Bounded::new(Stage::Time(Box::new(timed)), images))
+        });
+        let seconds = all;
         let mut known =
             self.known(Image { samples, rounding, prepared, render, before, coarse: true }, &survey);
+        known.unfinished = kept;
         known.report.asked.time = Some(seconds);
         known.report.asked.met = Some(!short && !known.cancelled);
         known.report.asked.unmet_why = if known.cancelled {
@@ -189,23 +218,44 @@ impl Task<'_> {
         self.rounded(survey, Some(clock.share(2.0 * ROUNDING_SHARE)))
     }
 
-    /// One sample of every pixel, as far as there is time; gives the pace in rays a second.
+    /// One sample of every pixel, as far as there is time.
     fn cover_in_time(
         &mut self,
         survey: &mut Survey,
         clock: &Clock,
-        allocation: &mut Allocation,
-    ) -> Result<f64, RenderError> {
+        timed: &mut Timed,
+        begun: &Begun<'_>,
+    ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), timed.allocation.rays());
         survey.finish_by(Some(clock.end()));
-        if let Some(step) = allocation.next_step(f64::INFINITY) {
+        while !timed.allocation.is_covered()
+            && let Some(step) = timed.allocation.next_step(f64::INFINITY)
+        {
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
-            allocation.record(&step, &traced);
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
+            timed.allocation.record(&step, &traced);
+            timed.pace = (timed.allocation.rays() - before) as f64 / start.elapsed().as_secs_f64();
+            if !self.kept_in_time(survey, timed, begun) {
+                break;
+            }
         }
         survey.finish_by(None);
-        Ok(allocation.rays() as f64 / start.elapsed().as_secs_f64())
+        Ok(())
+    }
+
+    /// Keeps the state if it is wanted: true if it was, and the render goes on.
+    fn kept_in_time(&mut self, survey: &Survey, timed: &mut Timed, begun: &Begun<'_>) -> bool {
+        if !self.observer.wants_state() || self.observer.cancelled() {
+            return false;
+        }
+        let images = vec![timed.allocation.take_gathered()];
+        let kept = Bounded::new(Stage::Time(Box::new(timed.clone())), images);
+        for image in self.keep(survey, kept, begun) {
+            // It is the image that was taken out.
+            timed.allocation.put_gathered(image, self.caps.clone());
+        }
+        true
     }
 
     /// Too late for anything: as little as shows something.
@@ -226,55 +276,68 @@ impl Task<'_> {
         &mut self,
         survey: &mut Survey,
         clock: &Clock,
-        allocation: &mut Allocation,
-        mut pace: f64,
-        begin: Instant,
+        timed: &mut Timed,
+        begun: &Begun<'_>,
     ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
         while !self.observer.cancelled() && clock.left() > 0.0 {
-            let budget = match allocation.bound() {
+            let budget = match timed.allocation.bound() {
                 None => f64::INFINITY,
-                Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * pace,
+                Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * timed.pace,
             };
-            let Some(step) = allocation.next_step(budget) else { break };
-            let (before, start) = (allocation.rays(), Instant::now());
+            let Some(step) = timed.allocation.next_step(budget) else { break };
+            let (before, start) = (timed.allocation.rays(), Instant::now());
             survey.finish_by(Some(clock.end()));
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace(&step.pixels, step.samples.clone())?;
+            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             let cut_short = traced.marks.len() < step.pixels.len();
-            allocation.record(&step, &traced);
+            timed.allocation.record(&step, &traced);
             let seconds = start.elapsed().as_secs_f64();
-            self.show(survey, allocation.gathered(), begin);
-            if cut_short {
+            self.show(survey, timed.allocation.gathered(), begun.start);
+            let kept = self.kept_in_time(survey, timed, begun);
+            if cut_short && !kept {
                 break;
             }
-            let now = (allocation.rays() - before) as f64 / seconds;
+            let now = (timed.allocation.rays() - before) as f64 / seconds;
             // Short steps are slow steps: the next one is planned at a pace between.
-            pace = if pace > 0.0 { 0.5 * (pace + now) } else { now };
+            timed.pace = if timed.pace > 0.0 { 0.5 * (timed.pace + now) } else { now };
         }
         survey.finish_by(None);
         Ok(())
     }
 }
 
-/// Seconds that it takes to make, paint and write the image, from doing it with the samples there are.
-fn output_seconds(image: &PixelSums, task: &Task<'_>, layers: u32) -> f64 {
+/// Seconds that it takes to make, paint and write the image: measured on a strip of as many pixels as take a
+/// millisecond or so, since all of it is proportional to the pixels.
+fn output_seconds(task: &Task<'_>, layers: u32) -> f64 {
+    let region = Region::of(&task.settings);
+    let rows = (STRIP_PIXELS / region.width).clamp(1, region.height);
+    let whole = f64::from(region.height) / f64::from(rows);
+    // Noise packs worst.
+    let noise = |at: usize| f64::from(pcg4d([at as u32, 1, 2, 3])[0]) / f64::from(u32::MAX);
+    let mut strip = PixelSums::new(region.width, rows, 1);
+    strip.samples.fill(4);
+    strip.marks.fill(Mark { hash_most: 1, rays: 8, depth: 2, cut: 0.1, hash_least: 0 });
+    strip.sums.iter_mut().enumerate().for_each(|(at, sum)| *sum = [noise(at); 3]);
+    strip.fix_brightest();
     let clock = Instant::now();
-    let linear = image.filled();
-    let view = View { width: image.width, height: image.height(), linear: &linear };
+    let linear = strip.filled();
+    let view = View { width: region.width, height: rows, linear: &linear };
+    let format = task.request.file.unwrap_or(Format::Png(Bits::Eight));
     // Errors cannot be: nothing is written anywhere.
-    let _ = Format::Png(Bits::Eight).encode(view, &Metadata::default(), &mut io::sink());
+    let _ = format.encode(view, &Metadata::default(), &mut io::sink());
+    let _ = format.encoding_error(view);
     let _ = crate::image::linear_sha256(&linear);
     let written = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let _ = budget::budget(image, &task.limit, &task.caps, None, None, task.request.confidence);
+    let _ = budget::budget(&strip, &task.limit, &task.caps, None, None, task.request.confidence);
     let known = clock.elapsed().as_secs_f64();
     let mut painted = 0.0;
     if layers > 0 {
         let clock = Instant::now();
-        let _ = image.half_widths(task.request.confidence);
+        let _ = strip.half_widths(task.request.confidence);
         painted = clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
     }
-    // A file system is slower than memory, and samples pack worse than black.
-    2.5 * written + 1.5 * (known + painted) + 0.01
+    // A file system is slower than memory.
+    whole * FILE_SYSTEM * (written + known + painted) + 0.01
 }

@@ -1,7 +1,7 @@
 //! `whitted calibrate`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use crate::scene::procedural::families::Family;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -14,13 +14,12 @@ static CALIBRATE_HELP: LazyLock<String> = LazyLock::new(|| {
 
 const HELP: &str = "\
 Each image is compared with a reference in f64 whose own standard error is at most a tenth of the smallest error measured. \
-The tables are Markdown. They go to standard output unless -o names a file, and to standard error under --json -. Ctrl-C \
-ends the work and keeps the finished trials. A promise that was not kept appears in the tables; the command still exits \
-with 0.
+The tables are Markdown. They go to standard output unless -o names a file. With -o FILE.md the records of all scenes go to \
+FILE.jsonl beside it, one line when a scene is done; the same command goes on where an earlier one ended. A promise that was \
+not kept appears in the tables; the command still exits with 0.
 
---families draws scenes at random instead: scene texts that anybody can draw anew with another --seed. The tables then go to \
-FILE.md, and the records of all scenes to FILE.jsonl beside it, one line when a scene is done; the same command goes on \
-where an earlier one ended. --keep writes the scenes to a folder; without -o nothing else is done.
+--families draws scenes at random: scene texts that anybody can draw anew with another --seed. --keep writes them to a \
+folder; without -o nothing else is done.
 
 Families:
 {FAMILIES}
@@ -28,7 +27,7 @@ Families:
 Examples:
   whitted calibrate
   whitted calibrate scenes/cornell.toml --only error --errors 0.02,0.01,0.005 --seeds 100
-  whitted calibrate --size 300x200 --times 1,5 -o calibration.md --json calibration.json
+  whitted calibrate --size 300x200 --times 1,5 -o calibration.md
   whitted calibrate --families all --scenes 10 --seeds 4 --seed 2026 -o families.md --page families.html
   whitted calibrate --families wires,dim:3 --keep out/scenes";
 
@@ -36,11 +35,11 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(&CALIBRATE_HELP))]
 pub struct CalibrateArgs {
-    /// Scene texts (TOML) [default: scenes/*.toml]
+    /// Scene texts (TOML) [default: scenes/*.toml; none with --families]
     pub scenes: Vec<PathBuf>,
 
     /// Draw scenes from these families: `all`, or names separated by commas; `wires:3` is one scene
-    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with_all = ["scenes", "runs", "json"])]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub families: Vec<String>,
 
     /// Scenes to draw from each family
@@ -51,8 +50,8 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "S", default_value_t = 1, requires = "families")]
     pub seed: u64,
 
-    /// Most rays for the truth of a drawn scene
-    #[arg(long, value_name = "N", value_parser = values::above_zero, default_value_t = 5e6, requires = "families")]
+    /// Most rays for the truth of a scene
+    #[arg(long, value_name = "N", value_parser = values::above_zero, default_value_t = 5e6)]
     pub truth_rays: f64,
 
     /// Write the drawn scenes to this folder
@@ -60,26 +59,22 @@ pub struct CalibrateArgs {
     pub keep: Option<PathBuf>,
 
     /// Write a page with plots as well
-    #[arg(long, value_name = "FILE.html", requires_all = ["families", "output"])]
+    #[arg(long, value_name = "FILE.html", requires = "output")]
     pub page: Option<PathBuf>,
 
-    /// Trials of --budget and of --error for each scene and setting [default: 20; with --families 4]
-    #[arg(long, value_name = "N", value_parser = values::positive())]
-    pub seeds: Option<u32>,
+    /// Trials of each promise for each scene and setting
+    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 4)]
+    pub seeds: u32,
 
-    /// Timed runs of --time for each scene and setting
-    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 5)]
-    pub runs: u32,
-
-    /// Samples per pixel to try --budget with, at least 2 [default: 16,64; with --families 4,16,64]
+    /// Samples per pixel to try --budget with, at least 2 [default: 4,16,64]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::two_or_more())]
     pub samples: Vec<u32>,
 
-    /// Errors to try --error with [default: 0.02,0.01; with --families 0.01,0.003]
+    /// Errors to try --error with [default: 0.01,0.003]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero)]
     pub errors: Vec<f64>,
 
-    /// Seconds to try --time with [default: 0.5; with --families none]
+    /// Seconds to try --time with [default: none; with --only time 0.5]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::above_zero)]
     pub times: Vec<f64>,
 
@@ -99,9 +94,9 @@ pub struct CalibrateArgs {
     #[arg(short, long, value_name = "FILE.md")]
     pub output: Option<PathBuf>,
 
-    /// Write every trial as JSON; `-` for standard output
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -5,8 +5,8 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 const COMPARE_HELP: &str = "\
-Pictures are compared in linear light, clamped to [0, 1] as a screen shows them. PNG codes (8 or 16 \
-bits) are decoded from sRGB; EXR and HDR hold linear values. The table goes to standard output, and to \
+Pictures are compared in linear light, clamped to [0, 1] as a screen shows them. PNG and PPM codes (8 or 16 \
+bits) are decoded from sRGB; EXR, HDR and PFM hold linear values. The table goes to standard output, and to \
 standard error under --json -.
 
 --statistical tests blocks of 8x8 and 32x32 pixels and the whole picture: the mean difference of a block \
@@ -29,7 +29,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(COMPARE_HELP))]
 pub struct CompareArgs {
-    /// Picture to judge: PNG, EXR or HDR; or a folder of pictures
+    /// Picture to judge: PNG, EXR, HDR, PPM or PFM; or a folder of pictures
     pub a: PathBuf,
 
     /// Picture to compare it with, of the same size; or a folder with pictures of the same names

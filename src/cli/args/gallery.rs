@@ -1,7 +1,7 @@
 //! `whitted gallery`.
 
 use super::values;
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ Example:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(GALLERY_HELP))]
 pub struct GalleryArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Folder to write to; created if missing
@@ -39,6 +39,10 @@ pub struct GalleryArgs {
     /// Seed of the sampler
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -3,26 +3,38 @@
 mod calibrate;
 mod compare;
 mod devices;
+mod frames;
 mod gallery;
+mod import;
+mod info;
 mod manual;
+mod merge;
 mod plan;
 mod profile;
+mod read;
 mod render;
 mod stress;
 mod sweep;
 mod values;
+mod verify;
 
 pub use calibrate::{CalibrateArgs, Promise};
 pub use compare::{CompareArgs, Metric};
 pub use devices::DevicesArgs;
+pub use frames::{FrameArgs, Frames};
 pub use gallery::GalleryArgs;
+pub use import::ImportArgs;
+pub use info::InfoArgs;
 pub use manual::{CompletionsArgs, ManArgs};
+pub use merge::MergeArgs;
 pub use plan::PlanArgs;
 pub use profile::ProfileArgs;
+pub use read::ReadArgs;
 pub use render::{AccuracyArgs, PictureArgs, RenderArgs};
 pub use stress::StressArgs;
 pub use sweep::SweepArgs;
 pub use values::{Crop, Output, Size};
+pub use verify::VerifyArgs;
 
 use crate::cli::failure::Code;
 use crate::scene::procedural::Shape;
@@ -72,10 +84,18 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene to an image
+    /// Render a scene or a model to an image
     Render(RenderArgs),
+    /// Join the shares of a picture
+    Merge(MergeArgs),
+    /// Draw again what a report describes, and say whether the picture is the same
+    Verify(VerifyArgs),
     /// List the Vulkan devices
     Devices(DevicesArgs),
+    /// Write the scene around a model: camera, lights, materials
+    Import(ImportArgs),
+    /// Tell what is in a model, a scene or a picture
+    Info(InfoArgs),
     /// Show what a render needs and how long it will take, without rendering
     Plan(PlanArgs),
     /// Time the passes of a render, depth by depth
@@ -115,7 +135,7 @@ impl ScheduleArgs {
 }
 
 /// Which device.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct DeviceArgs {
     /// Vulkan device: index, part of the name, UUID or `cpu` [default: the most capable]
     #[arg(long, env = "WHITTED_DEVICE", value_name = "DEVICE", value_parser = values::device, hide_env_values = true, help_heading = "Device")]
@@ -130,7 +150,7 @@ impl DeviceArgs {
 }
 
 /// How the work is divided; never changes the image.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Scheduling (never changes the image)")]
 pub struct ScheduleArgs {
     /// Pixels per tile, at most [default: as memory allows]

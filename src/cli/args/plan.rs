@@ -1,6 +1,6 @@
 //! `whitted plan`.
 
-use super::{DeviceArgs, PictureArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, PictureArgs, ReadArgs, ScheduleArgs, Verbosity, values};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -15,13 +15,15 @@ Examples:
   whitted plan scenes/cornell.toml
   whitted plan scenes/cornell.toml --size 8192x8192 --samples 64 --no-trial
   whitted render scenes/cornell.toml -o a.png --report a.json
-  whitted plan scenes/cornell.toml --samples 40 --depth 5 --from a.json";
+  whitted plan scenes/cornell.toml --samples 40 --depth 5 --from a.json
+  whitted plan scenes/cornell.toml --error 0.01 --json plan.json
+  whitted render scenes/cornell.toml --as plan.json --share 1/8 -o 1.share";
 
 /// `whitted plan`.
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(PLAN_HELP))]
 pub struct PlanArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Size, samples, depth and the like.
@@ -39,6 +41,14 @@ pub struct PlanArgs {
     /// Write the plan as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
+
+    /// Choose samples, depth and precision for an RMSE of at most E, in linear light from 0 to 1, for `render --as`
+    #[arg(long, value_name = "E", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff"])]
+    pub error: Option<f64>,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! `whitted profile`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::settings::Precision;
 use clap::Args;
 use std::path::PathBuf;
@@ -30,7 +30,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(PROFILE_HELP))]
 pub struct ProfileArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Timed renders, after one to warm up
@@ -58,20 +58,24 @@ pub struct ProfileArgs {
     pub size: Option<Size>,
 
     /// Samples per pixel [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = values::positive(), help_heading = "Picture")]
+    #[arg(long, value_name = "N", value_parser = values::samples(), help_heading = "Picture")]
     pub samples: Option<u32>,
 
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
-    #[arg(long, value_name = "D", value_parser = values::positive(), help_heading = "Picture")]
+    #[arg(long, value_name = "D", value_parser = values::depth(), help_heading = "Picture")]
     pub depth: Option<u32>,
 
     /// Seed of the sampler
     #[arg(long, value_name = "K", default_value_t = 0, help_heading = "Picture")]
     pub seed: u32,
 
-    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(long, value_name = "WHICH", default_value = "robust", help_heading = "Picture")]
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it
+    #[arg(long, value_name = "WHICH", default_value = "auto", help_heading = "Picture")]
     pub precision: Precision,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,19 +1,24 @@
 //! `whitted render`.
 
 use super::values::{self, Crop, Output, Size};
-use super::{DeviceArgs, ScheduleArgs, Verbosity};
+use super::{DeviceArgs, FrameArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
+use crate::cli::progress::Style;
 use crate::settings::sampler::Sampler;
-use crate::settings::{Origin, Precision, parse_cutoff};
+use crate::settings::{Origin, Precision, Share, parse_cutoff};
 use clap::Args;
 use std::path::PathBuf;
 
 const RENDER_HELP: &str = "\
 Only the image of `-o -` goes to standard output; messages go to standard error. Files appear whole or \
-not at all. Ctrl-C stops after the work in flight, saves the pixels as they are and exits with 130; a \
-second Ctrl-C ends at once and saves nothing. The finished part is also kept in OUT.partial: the same \
-command with --resume continues from it and gives the same image, bit for bit. --time keeps nothing to \
-resume from.
+not at all. Ctrl-C stops after the work in flight, keeps its state in OUT.partial and the pixels as they \
+are in OUT.incomplete.png, and exits with 130; a second Ctrl-C after a second or more ends at once and \
+saves nothing. The state is written every few seconds too, so that a crash costs no more. The same command \
+with --resume continues and gives the same image, bit for bit. --time then goes on for what is left of \
+its time.
+
+--share divides an image among machines: each renders one share, and `whitted merge` writes the bytes \
+that one render would have written.
 
 Examples:
   whitted render scenes/cornell.toml -o cornell.png
@@ -23,16 +28,23 @@ Examples:
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
-  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp";
+  whitted render scenes/cornell.toml -o part-2.share --share 2/8
+  whitted render scenes/cornell.toml -o part-2.share --share 2/8 --as plan.json
+  whitted render scenes/cornell.toml -o a.exr --samples 64 --keep-state
+  whitted render scenes/cornell.toml -o a.exr --samples 256 --continue
+  whitted render scenes/cornell.toml -o - --device cpu | convert - cornell.webp
+  whitted render model.obj -o model.png
+  whitted render turning.toml -o turn_####.png --frames 0..35 --skip-existing --resume
+  generate | whitted render - -o made.png -D radius=2";
 
 /// `whitted render`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = super::notes(RENDER_HELP))]
 pub struct RenderArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
-    /// Image to write: .png, .exr or .hdr; `-` for a PNG on standard output
+    /// Image to write: .png, .exr, .hdr, .ppm or .pfm; `-` for a PNG on standard output; with --share, a file .share
     #[arg(short, long, value_name = "FILE", value_parser = values::output(), help_heading = "Output")]
     pub output: Output,
 
@@ -44,7 +56,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub accuracy: AccuracyArgs,
 
-    /// Bits per channel of a PNG [default: 8]
+    /// Bits per channel of a PNG or PPM [default: 8]
     #[arg(long, value_parser = ["8", "16"], help_heading = "Output")]
     pub bits: Option<String>,
 
@@ -65,12 +77,44 @@ pub struct RenderArgs {
     pub receipt: bool,
 
     /// Continue an interrupted render from OUT.partial; start anew if there is none
-    #[arg(long, help_heading = "Output")]
+    #[arg(long, help_heading = "Resuming and sharing")]
     pub resume: bool,
+
+    /// Seconds between two states of long work in OUT.partial, which is all that a crash loses; 0 keeps none
+    #[arg(long, value_name = "T", value_parser = values::not_negative, default_value_t = 5.0, help_heading = "Resuming and sharing")]
+    pub checkpoint: f64,
+
+    /// Also write OUT.state, from which --continue adds samples: 24 bytes a pixel
+    #[arg(long, conflicts_with_all = ["error", "time", "budget", "aov"], help_heading = "Resuming and sharing")]
+    pub keep_state: bool,
+
+    /// Add samples to the finished picture of OUT.state, up to --samples: the same bits as of one longer render
+    #[arg(long = "continue", conflicts_with_all = ["error", "time", "budget", "aov", "receipt", "reference"], help_heading = "Resuming and sharing")]
+    pub more: bool,
+
+    /// Render share I of N, to OUT.share; `whitted merge` joins all shares to the picture
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["error", "time", "budget", "aov", "receipt", "reference", "page"], help_heading = "Resuming and sharing")]
+    pub share: Option<Share>,
 
     /// Run under the Vulkan validation layer; any message is a failure
     #[arg(long, help_heading = "Device")]
     pub validate: bool,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
+
+    /// Frames of a moving scene.
+    #[command(flatten)]
+    pub frames: FrameArgs,
+
+    /// Take all settings from the JSON of `plan` or of a report, so that all shares have the same
+    #[arg(long = "as", value_name = "PLAN.json", conflicts_with_all = ["size", "samples", "depth", "cutoff", "sampler", "seed", "precision", "origin", "crop", "replicates", "error", "time"], help_heading = "Resuming and sharing")]
+    pub settings_of: Option<PathBuf>,
+
+    /// How progress is shown: bar, plain (lines), json (an object a line), both on standard error, openjd (Open Job Description, on standard output) or none [default: a bar on a terminal]
+    #[arg(long, value_name = "HOW", help_heading = "Messages")]
+    pub progress: Option<Style>,
 
     /// Device to use.
     #[command(flatten)]
@@ -86,7 +130,7 @@ pub struct RenderArgs {
 }
 
 /// What a picture is made of. The scene file gives the defaults.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
@@ -94,11 +138,11 @@ pub struct PictureArgs {
     pub size: Option<Size>,
 
     /// Samples per pixel [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = values::positive())]
+    #[arg(long, value_name = "N", value_parser = values::samples())]
     pub samples: Option<u32>,
 
     /// Rays in the longest path; 1 = neither reflection nor refraction [default: the scene's]
-    #[arg(long, value_name = "D", value_parser = values::positive())]
+    #[arg(long, value_name = "D", value_parser = values::depth())]
     pub depth: Option<u32>,
 
     /// Do not trace rays that carry less than this share of their light to the pixel, in [0, 1)
@@ -113,12 +157,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub seed: u32,
 
-    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64`
-    #[arg(
-        long,
-        value_name = "WHICH",
-        help = "Arithmetic: `fast` f32, `robust` f32 with exact rechecks, or `f64` [default: robust]"
-    )]
+    /// Arithmetic: `fast` f32, `robust` f32 with exact rechecks, `f64`, or `auto`: robust, or f64 where the scene needs it [default: auto]
+    #[arg(long, value_name = "WHICH")]
     pub precision: Option<Precision>,
 
     /// Origin of secondary rays: `bound` (moved off the surface by an error bound) or `fixed:X` (moved X metres along the ray, for measurements)
@@ -131,7 +171,7 @@ pub struct PictureArgs {
 }
 
 /// The error of the image.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Accuracy")]
 pub struct AccuracyArgs {
     /// State the error of the image in four parts: sampling, truncation, rounding
@@ -143,7 +183,7 @@ pub struct AccuracyArgs {
     pub error: Option<f64>,
 
     /// Choose samples and depth for the least error in T seconds of wall time
-    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "resume", "replicates"])]
+    #[arg(long, value_name = "T", value_parser = values::above_zero, conflicts_with_all = ["samples", "cutoff", "replicates"])]
     pub time: Option<f64>,
 
     /// Confidence of the stated error, in (0, 1)

@@ -1,7 +1,7 @@
 //! `whitted sweep`.
 
 use super::values::{self, Size};
-use super::{DeviceArgs, Verbosity};
+use super::{DeviceArgs, ReadArgs, Verbosity};
 use crate::lab::sweep::axes::Axis;
 use clap::Args;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ Example:
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(&SWEEP_HELP))]
 pub struct SweepArgs {
-    /// Scene text (TOML)
+    /// Scene text (TOML), or a model; `-` for a scene on standard input
     pub scene: PathBuf,
 
     /// Settings to vary; all combinations are rendered. The axes are listed below
@@ -53,7 +53,7 @@ pub struct SweepArgs {
     pub error: Vec<f64>,
 
     /// Samples per pixel of the reference, at most; fewer once its error is a tenth of every point's
-    #[arg(long, value_name = "N", value_parser = values::positive(), default_value_t = 4096)]
+    #[arg(long, value_name = "N", value_parser = values::samples(), default_value_t = 4096)]
     pub truth_samples: u32,
 
     /// Use the CPU oracle as reference, which shares only the sampler with the kernels, instead of f64 on the device; slow
@@ -63,6 +63,10 @@ pub struct SweepArgs {
     /// Discard the results of an earlier sweep in DIR
     #[arg(long)]
     pub fresh: bool,
+
+    /// How files are read.
+    #[command(flatten)]
+    pub read: ReadArgs,
 
     /// Device to use.
     #[command(flatten)]

@@ -1,6 +1,7 @@
 //! Values of options, checked as they are read.
 
 use crate::image::Format;
+use crate::scene::{MAX_DEPTH, MAX_SAMPLES, is_name};
 use crate::settings::DeviceChoice;
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use std::convert::Infallible;
@@ -14,6 +15,8 @@ pub enum Output {
     Stdout,
     /// A file; its extension gave the format.
     File(PathBuf, Format),
+    /// A share of an image, for `merge`.
+    Share(PathBuf),
 }
 
 /// `WxH`, each from 1 to [`Size::MAX`].
@@ -71,11 +74,20 @@ pub(super) fn output() -> impl TypedValueParser<Value = Output> {
         }
         match Format::of(&path) {
             Some(format) => Ok(Output::File(path, format)),
+            None if path.extension().is_some_and(|e| e == "share") => Ok(Output::Share(path)),
             None => Err(format!(
-                "the extension must be {}, or the name `-` for a PNG on standard output",
+                "the extension must be {}, .share with --share, or the name `-` for a PNG on standard output",
                 Format::EXTENSIONS
             )),
         }
+    })
+}
+
+/// A parser of names of image files.
+pub(super) fn image() -> impl TypedValueParser<Value = (PathBuf, Format)> {
+    PathBufValueParser::new().try_map(|path| match Format::of(&path) {
+        Some(format) => Ok((path, format)),
+        None => Err(format!("the extension must be {}", Format::EXTENSIONS)),
     })
 }
 
@@ -98,6 +110,16 @@ pub(super) fn html() -> impl TypedValueParser<Value = PathBuf> {
 /// A parser of whole numbers from 1.
 pub(super) fn positive() -> RangedU64ValueParser<u32> {
     RangedU64ValueParser::new().range(1..)
+}
+
+/// A parser of samples per pixel, as in a scene text.
+pub(super) fn samples() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..=u64::from(MAX_SAMPLES))
+}
+
+/// A parser of depths, as in a scene text.
+pub(super) fn depth() -> RangedU64ValueParser<u32> {
+    RangedU64ValueParser::new().range(1..=u64::from(MAX_DEPTH))
 }
 
 /// A parser of whole numbers from 2.
@@ -124,6 +146,16 @@ pub(super) fn not_negative(text: &str) -> Result<f64, String> {
 /// A finite number above 0.
 pub(super) fn above_zero(text: &str) -> Result<f64, String> {
     not_negative(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "write a number above 0".into())
+}
+
+/// `NAME=VALUE`, on one line.
+pub(super) fn variable(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, _)) if !is_name(name) => Err(format!("`{name}` is no name: use letters, digits and `_`")),
+        Some((_, value)) if value.contains(char::is_control) => Err("the value must be on one line".into()),
+        Some((name, value)) => Ok((name.into(), value.into())),
+        None => Err("write NAME=VALUE".into()),
+    }
 }
 
 /// A probability in (0, 1).
@@ -174,6 +206,15 @@ mod tests {
         assert_eq!(scale("0.25"), Ok(0.25));
         for bad in ["0", "-1", "1.01", "NaN", "inf", ""] {
             assert!(scale(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn variables() {
+        assert_eq!(variable("a_1=x=y"), Ok(("a_1".into(), "x=y".into())));
+        assert_eq!(variable("a="), Ok(("a".into(), String::new())));
+        for bad in ["", "a", "=1", "1a=1", "a b=1", "a=1\n2"] {
+            assert!(variable(bad).is_err(), "{bad}");
         }
     }
 

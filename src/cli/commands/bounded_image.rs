@@ -1,20 +1,20 @@
 //! `whitted render` with `--budget`, `--error`, `--time` or `--aov`: an image with bounded error.
 
 use super::reference::{Reference, compared};
-use crate::accuracy::promise::{BoundedImage, Layer, Request, Target};
+use super::render::{Device, style};
+use crate::accuracy::promise::{Layer, Request, Target};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
-use crate::cli::delivery::{self, Deliver, say_layers};
+use crate::cli::delivery::{self, Deliver, Delivered};
 use crate::cli::failure::Failure;
-use crate::cli::progress::{self, Progress, Style};
-use crate::cli::state::StateFile;
-use crate::image::{Format, Metadata, heat};
-use crate::render::{Rendered, Renderer};
-use crate::scene::Scene;
+use crate::cli::progress::{Progress, Style};
+use crate::cli::read;
+use crate::cli::state::{Keeper, StateFile};
+use crate::image::Format;
+use crate::render::Rendered;
+use crate::report::Report;
 use crate::settings::{Precision, Settings};
-use crate::{atomic_file, units};
-use anyhow::Context;
-use std::path::PathBuf;
+use crate::units;
 use std::time::Instant;
 
 /// True if any option concerns the image's error.
@@ -25,7 +25,9 @@ pub(super) fn is_wanted(args: &RenderArgs) -> bool {
 
 /// Sets the replicates of a render without an error estimate.
 pub(super) fn set_replicates(args: &RenderArgs, settings: &mut Settings) -> Result<(), Failure> {
-    settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
+    if args.settings_of.is_none() {
+        settings.replicates = replicates(args.accuracy.replicates, settings.samples)?;
+    }
     Ok(())
 }
 
@@ -49,13 +51,13 @@ fn request(
                     .into(),
             ));
         }
-        settings.replicates = replicates(a.replicates, settings.samples)?;
+        set_replicates(args, settings)?;
     }
     Ok(Request {
         target,
         confidence: a.confidence,
         keep_depth: args.picture.depth.is_some(),
-        keep_precision: args.picture.precision.is_some(),
+        keep_precision: args.picture.precision.is_some_and(|p| p != Precision::Auto),
         file: Some(format),
         keep_bits: args.bits.is_some(),
     })
@@ -81,6 +83,7 @@ pub(super) fn run(
     args: &RenderArgs,
     format: Format,
     state: Option<StateFile>,
+    device: &mut Device,
     started: Instant,
     console: &mut Console,
 ) -> Result<(), Failure> {
@@ -89,21 +92,25 @@ pub(super) fn run(
         None => None,
     };
     let before = earlier.as_ref().map_or(0.0, |earlier| earlier.time.wall);
-    let scene = Scene::load(&args.scene)?;
-    let mut settings = delivery::settings(&args.picture, &args.schedule, &scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
+    delivery::files(args, state.as_ref()).reads_scene(&scene).check()?;
+    let mut settings = delivery::render_settings(args, &scene)?;
     let request = request(args, format, &mut settings, started)?;
+    delivery::fits_host(args, &settings, format)?;
     let reference = Reference::of(args, &settings)?;
-    progress::catch_interrupts()?;
-    let mut renderer = Renderer::open(&args.device.choice(), args.validate)?;
+    let renderer = device.open(args)?;
     let label = match request.target {
         Target::Settings => "rendering".to_owned(),
         Target::Error(error) => format!("rendering to an error of {}", units::number(error)),
         Target::Time { seconds, .. } => format!("rendering for {}", units::seconds(seconds)),
     };
-    let mut progress = Progress::new(Style::choose(console.is_quiet(), console.is_verbose()), &label);
-    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| match earlier {
-        Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, observer),
-        None => renderer.render_bounded_with(&scene, &settings, &request, observer),
+    let mut progress = Progress::new(style(args, console), &label);
+    let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| {
+        let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
+        match earlier {
+            Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, keeper),
+            None => renderer.render_bounded_with(&scene, &settings, &request, keeper),
+        }
     });
     drop(progress);
     let mut known = known.map_err(|error| match &state {
@@ -118,7 +125,6 @@ pub(super) fn run(
     }
     let format = known.file.unwrap_or(format);
     let layers: Vec<(Layer, Vec<f64>)> = args.accuracy.aov.iter().map(|l| (*l, known.layer(*l))).collect();
-    let names = paint(args, format, &known, &layers)?;
     let (cancelled, unfinished) = (known.cancelled, known.unfinished.take());
     let rendered = Rendered {
         width: known.samples.width,
@@ -126,21 +132,22 @@ pub(super) fn run(
         linear: known.linear(),
         done: known.done,
         report: known.report,
-        unfinished: None,
+        state: None,
     };
-    let report = Deliver { args, format, layers: &layers, before }.deliver(rendered, started, console)?;
+    let keep = |report: &Report| match (&state, unfinished) {
+        (Some(file), Some(unfinished)) if cancelled => file.save(unfinished, report).map(Some),
+        _ => Ok(None),
+    };
+    let deliver = Deliver { args, format, layers: &layers, before, complete: !cancelled };
+    let Delivered { report, kept } = deliver.deliver(rendered, started, keep, console)?;
     let file = &report.image.file;
-    say_layers(&names, console);
     delivery::validated(&renderer.validation_messages(), console)?;
     if cancelled {
-        let then = match (&state, unfinished) {
-            (Some(file), Some(unfinished)) => format!("; {}", file.save(unfinished, &report)?),
-            _ => String::new(),
-        };
+        let then = kept.map_or(String::new(), |kept| format!("; {kept}"));
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
-    if let Some(state) = state.filter(|_| args.resume) {
-        state.remove()?;
+    if let Some(state) = &state {
+        delivery::remove_unfinished(args, state)?;
     }
     if let (Some(void), None) = (report.error.as_ref().and_then(|e| e.void.as_ref()), report.asked.met) {
         return Err(Failure::Unmet(format!("{void}; the image is in {file}")));
@@ -151,27 +158,6 @@ pub(super) fn run(
         }
         _ => Ok(()),
     }
-}
-
-/// Writes layers as pictures next to an image whose format cannot hold them; returns their paths.
-fn paint(
-    args: &RenderArgs,
-    format: Format,
-    known: &BoundedImage,
-    layers: &[(Layer, Vec<f64>)],
-) -> Result<Vec<PathBuf>, Failure> {
-    let (Output::File(path, _), false) = (&args.output, format == Format::Exr) else { return Ok(Vec::new()) };
-    let mut names = Vec::new();
-    for (layer, values) in layers {
-        let name = path.with_extension(format!("{}.png", layer.name()));
-        let what = format!("{}: {}", layer.name(), layer.unit());
-        let painted = heat::paint(values, known.samples.width, heat::Range::Auto, &what);
-        let metadata = Metadata::of(&known.report, known.done);
-        atomic_file::write(&name, |out| painted.write(&metadata, out))
-            .with_context(|| format!("cannot write {}", name.display()))?;
-        names.push(name);
-    }
-    Ok(names)
 }
 
 /// Checks combinations of options before the work starts.

@@ -9,6 +9,7 @@ use crate::cli::args::{CompareArgs, Metric};
 use crate::cli::console::{self, Console};
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::compare::metrics::pixel_error;
 use crate::compare::statistical::Statistics;
 use crate::image::heat::{self, Range};
@@ -18,7 +19,7 @@ use crate::units::number;
 use anyhow::Context;
 use pair::{Criteria, Figures, Judged, Pair};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What `--json` writes.
 #[derive(Debug, Serialize)]
@@ -60,7 +61,7 @@ struct Diff {
 
 /// Compares two pictures, or two folders of pictures.
 pub fn run(args: &CompareArgs, console: &mut Console) -> Result<(), Failure> {
-    check(args)?;
+    files(args)?.check()?;
     match [&args.a, &args.b].map(|path| path.is_dir()) {
         [true, true] => folders::run(args, console),
         [false, false] => pictures(args, console),
@@ -93,20 +94,20 @@ fn pictures(args: &CompareArgs, console: &mut Console) -> Result<(), Failure> {
     refusal.map_or(Ok(()), |why| Err(Failure::AboveThreshold(why)))
 }
 
-/// What can be known before the pictures are read.
-fn check(args: &CompareArgs) -> Result<(), Failure> {
-    let files = [&args.diff, &args.json, &args.output];
-    for path in files.into_iter().flatten().filter(|p| p.as_os_str() != "-") {
-        if [&args.a, &args.b].contains(&path) {
-            return Err(Failure::Usage(format!("{} would overwrite a picture to compare", path.display())));
+/// Its files: two pictures, or all pictures of two folders.
+fn files(args: &CompareArgs) -> Result<Files, Failure> {
+    let mut files = Files::new();
+    for side in [&args.a, &args.b] {
+        if side.is_dir() {
+            for name in folders::names(side)? {
+                files = files.reads("the picture", &side.join(name));
+            }
+        } else {
+            files = files.reads("the picture", side);
         }
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    let same = |a: &Option<PathBuf>, b: &Option<PathBuf>| a.is_some() && a == b;
-    if same(&args.diff, &args.json) || same(&args.output, &args.json) {
-        return Err(Failure::Usage("two options name the same file to write".into()));
-    }
-    Ok(())
+    let files = files.writes("--diff", args.diff.as_deref()).writes("-o", args.output.as_deref());
+    Ok(files.writes("--json", args.json.as_deref()).prints())
 }
 
 /// Writes the difference in false colours.

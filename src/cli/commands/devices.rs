@@ -3,6 +3,7 @@
 use crate::cli::args::DevicesArgs;
 use crate::cli::console::print;
 use crate::cli::failure::Failure;
+use crate::cli::threads;
 use crate::plan::Switched;
 use crate::render::RenderError;
 use crate::render::self_test::{self, Arithmetic, SelfTest};
@@ -11,6 +12,7 @@ use crate::units::{bytes, grouped, number};
 use crate::vk::{self, Device, DeviceSummary};
 use anyhow::Context;
 use serde::Serialize;
+use std::io::{self, Write};
 use std::rc::Rc;
 
 /// A device with the results of its self-test.
@@ -36,7 +38,13 @@ impl Listed {
 
 /// Lists the devices on standard output.
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
-    let devices: Vec<Listed> = vk::list().map_err(RenderError::from)?.into_iter().map(Listed::new).collect();
+    threads::check()?;
+    let found = vk::list().map_err(RenderError::from)?;
+    for note in &found.notes {
+        // A closed standard error leaves the list.
+        let _ = writeln!(io::stderr(), "warning: {note}");
+    }
+    let devices: Vec<Listed> = found.listed.into_iter().map(Listed::new).collect();
     let text = if args.json {
         serde_json::to_string_pretty(&devices).context("cannot express the devices as JSON")? + "\n"
     } else {
@@ -55,10 +63,11 @@ fn listing(devices: &[Listed]) -> String {
 /// One device: a heading, then one line per property.
 fn block(listed: &Listed) -> String {
     let d = &listed.device;
+    let behind = d.behind.as_ref().map_or(String::new(), |why| format!("; the default {why}"));
     let usable = match (&d.unusable, d.default) {
         (Some(why), _) => format!("no: {why}"),
         (None, true) => "yes; the default".into(),
-        (None, false) => format!("yes, with --device {}", d.index),
+        (None, false) => format!("yes, with --device {}", d.index) + &behind,
     };
     let timing = match d.timestamp_bits {
         0 => "no timestamps: each submit's wall time is divided evenly among its passes".into(),
@@ -133,11 +142,13 @@ fn numbers(arithmetic: Option<&SelfTest>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::Driver;
 
     fn device(index: usize, unusable: Option<&str>) -> Listed {
         let device = DeviceSummary {
             index,
             default: index == 0,
+            behind: (index > 0 && unusable.is_none()).then(|| "computes in f64".into()),
             name: "llvmpipe".into(),
             kind: "cpu".into(),
             driver: "llvmpipe Mesa 22.3.6".into(),
@@ -155,7 +166,10 @@ mod tests {
             unusable: unusable.map(Into::into),
         };
         let lavapipe = crate::plan::Limits::LAVAPIPE;
-        let limits = crate::plan::Limits { is_cpu: index == 0, ..lavapipe };
+        let limits = crate::plan::Limits {
+            driver: if index == 0 { Driver::Lavapipe } else { Driver::Gpu },
+            ..lavapipe
+        };
         Listed { device, arithmetic: None, switched: (index != 1).then(|| Switched::of(&limits)) }
     }
 
@@ -176,7 +190,7 @@ mod tests {
         for (block, parts) in blocks.iter().zip([
             ["device 0: llvmpipe", "1.50 GiB", "128 MiB"],
             ["device 1: llvmpipe", "no: it has no Vulkan 1.2", "--precision f64"],
-            ["device 2: llvmpipe", "--device 2", "1,024"],
+            ["device 2: llvmpipe", "--device 2; the default computes in f64", "1,024"],
         ]) {
             for part in parts {
                 assert!(block.contains(part), "{part} is not in\n{block}");

@@ -5,7 +5,9 @@ use crate::cli::args::GalleryArgs;
 use crate::cli::console::Console;
 use crate::cli::delivery::write_json;
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::gallery::{self, Cell, Picture, Section, Sheet, Subject};
 use crate::render::{RenderError, Rendered, Renderer};
@@ -30,7 +32,9 @@ struct Entry {
 
 /// Renders all pictures, then the sheet.
 pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
-    let subjects = subjects(&args.scene)?;
+    let subjects = subjects(args, console)?;
+    let files = subjects.iter().fold(Files::new(), |files, subject| files.reads_scene(&subject.scene));
+    files.fills("-o", &args.output).check()?;
     prepare(&args.output)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
@@ -42,14 +46,14 @@ pub fn run(args: &GalleryArgs, started: Instant, console: &mut Console) -> Resul
 }
 
 /// The scene and, if there is one, its sibling.
-fn subjects(path: &Path) -> Result<Vec<Subject>, Failure> {
-    let subject = |path: &Path| {
-        let scene = Scene::load(path)?;
+fn subjects(args: &GalleryArgs, console: &mut Console) -> Result<Vec<Subject>, Failure> {
+    let mut subject = |path: &Path| {
+        let scene = read::scene(path, &args.read, None, console)?;
         let name = path.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
         Ok::<_, Failure>(Subject { name, scene })
     };
-    let mut subjects = vec![subject(path)?];
-    if let Some(sibling) = gallery::sibling(path) {
+    let mut subjects = vec![subject(&args.scene)?];
+    if let Some(sibling) = gallery::sibling(&args.scene) {
         subjects.push(subject(&sibling)?);
     }
     Ok(subjects)

@@ -1,18 +1,23 @@
 //! What the commands do. Standard output gets images and listings only; all else goes to standard error.
 
 mod bounded_image;
+mod frames;
 pub mod calibrate;
 pub mod compare;
 pub mod devices;
 pub mod gallery;
 pub mod generate;
+pub mod import;
+pub mod info;
 mod manual;
+pub mod merge;
 mod reference;
 pub mod render;
 pub mod plan;
 pub mod profile;
 pub mod stress;
 pub mod sweep;
+pub mod verify;
 
 use crate::cli::args::{Cli, Command, Verbosity};
 use crate::cli::console::Console;
@@ -23,8 +28,16 @@ use std::time::Instant;
 pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
     match &cli.command {
         Command::Render(args) => render::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Merge(args) => merge::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Verify(args) => verify::run(args, &mut Console::new(args.verbosity)),
         Command::Devices(args) => devices::run(args),
         Command::Gallery(args) => gallery::run(args, started, &mut Console::new(args.verbosity)),
+        Command::Import(args) => {
+            import::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
+        }
+        Command::Info(args) => {
+            info::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
+        }
         Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),
         Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),

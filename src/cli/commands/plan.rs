@@ -1,41 +1,49 @@
 //! `whitted plan`.
 
-use crate::atomic_file;
+use crate::accuracy::promise::{Request, Settled};
 use crate::cli::args::PlanArgs;
 use crate::cli::console::{self, Console};
 use crate::cli::delivery::{settings, write_json};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
+use crate::plan::host_memory::{self, HostWork};
 use crate::plan::predicted_time::{Model, Unpredictable, Work};
 use crate::plan::tiles::tiles;
 use crate::plan::{Plan, Purpose};
 use crate::prepare::Packed;
 use crate::render::{Prepared, RenderError, Renderer, Trial};
 use crate::report::Report;
-use crate::report::explain::{self, ExplainedPlan, Refused};
+use crate::report::explain::{self, ExplainedPlan, PlannedError, Refused};
 use crate::report::prediction::Prediction;
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{Precision, Settings};
+use crate::units::{figure, plural};
 use anyhow::Context;
 use std::path::Path;
 
 /// Prints what a render needs.
 pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
-    if let Some(path) = args.json.as_ref().filter(|p| p.as_os_str() != "-") {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    files(args).check()?;
     let earlier = args.from.as_deref().map(report).transpose()?;
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.picture.size, console)?;
+    files(args).reads_scene(&scene).check()?;
     let scene_seconds = scene.read_time.0.as_secs_f64();
-    let asked = settings(&args.picture, &args.schedule, &scene)?;
+    let mut asked = settings(&args.picture, &args.schedule, &scene)?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
+    let settled = match args.error {
+        Some(error) => Some(settle(args, error, &scene, &mut asked, &mut renderer, console)?),
+        None => None,
+    };
     let file = args.scene.display().to_string();
     let built = renderer.build(&scene, &asked, Purpose::Image)?;
     let (mut outline, warnings) = (renderer.explain(&built, &file), built.warnings().to_vec());
     let mut failure = None;
     match built.planned.plan() {
         Err(error) => failure = Some(Failure::from(RenderError::from(error))),
+        Ok(_) if fits(&asked).is_err() => failure = fits(&asked).err(),
         Ok(plan) => {
             let reported = match earlier {
                 Some(report) => {
@@ -65,6 +73,17 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
             };
         }
     }
+    if let Some(Settled { asked, expected, pixels, met, .. }) = settled {
+        outline.error = Some(PlannedError { asked, expected, pixels });
+        if !met && failure.is_none() {
+            failure = Some(Failure::Unmet(format!(
+                "the error is expected to be {} even with {} per pixel, more than {}",
+                figure(expected),
+                plural(outline.settings.samples.into(), "sample"),
+                figure(asked)
+            )));
+        }
+    }
     outline.refused = failure.as_ref().map(|f| Refused { message: f.message(), exit_code: f.exit_code() });
     tell(args, &outline, console)?;
     for warning in warnings {
@@ -73,8 +92,45 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
     failure.map_or(Ok(()), Err)
 }
 
+/// Checks that the host can hold the image, written in the smallest format.
+fn fits(settings: &Settings) -> Result<(), Failure> {
+    let (region, free) = (settings.region(), crate::host_memory::free());
+    Ok(host_memory::check(region, HostWork::Image, 0, free).map_err(RenderError::from)?)
+}
+
+/// Its files, without those that the scene names.
+fn files(args: &PlanArgs) -> Files {
+    let files = Files::new().reads("the scene", &args.scene);
+    let files = args.from.iter().fold(files, |files, from| files.reads("--from", from));
+    files.writes("--json", args.json.as_deref()).prints()
+}
+
+/// Chooses settings for an error, and puts them in place of those asked for.
+fn settle(
+    args: &PlanArgs,
+    error: f64,
+    scene: &Scene,
+    asked: &mut Settings,
+    renderer: &mut Renderer,
+    console: &Console,
+) -> Result<Settled, Failure> {
+    let request = Request {
+        keep_depth: args.picture.depth.is_some(),
+        keep_precision: args.picture.precision.is_some_and(|p| p != Precision::Auto),
+        ..Request::error(error)
+    };
+    let style = Style::choose(console.is_quiet(), console.is_verbose());
+    let mut progress = Progress::new(style, "choosing settings");
+    let settled = renderer.settle(scene, asked, &request, &mut progress)?;
+    if progress::interrupted() {
+        return Err(Failure::Interrupted("interrupted; no settings were chosen".into()));
+    }
+    asked.clone_from(&settled.settings);
+    Ok(settled)
+}
+
 /// A report written by `render` or `profile`.
-fn report(path: &Path) -> Result<Report, Failure> {
+pub(super) fn report(path: &Path) -> Result<Report, Failure> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let report = serde_json::from_str(&text)
         .with_context(|| format!("{} is not a report of `whitted render --report`", path.display()))?;

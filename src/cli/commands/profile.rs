@@ -1,12 +1,13 @@
 //! `whitted profile`.
 
 use super::command_line;
-use crate::atomic_file;
 use crate::cli::args::{ProfileArgs, Size};
 use crate::cli::console::{self, Console};
 use crate::cli::delivery::{write_json, write_page};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::image::{Bits, Format, Metadata, View};
 use crate::lab::profile::{self, Profile};
 use crate::lab::render_page::RenderPage;
@@ -19,14 +20,18 @@ use crate::report::timeline::{self, Dispatched, Phase, RenderTimeline, Submit};
 use crate::scene::Scene;
 use crate::settings::{Precision, Schedule, Settings};
 use anyhow::{Context, anyhow};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// Renders several times and prints where the time goes.
 pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Result<(), Failure> {
-    check(args)?;
+    if args.trace.as_ref().is_some_and(|p| p.as_os_str() == "-") {
+        return Err(Failure::Usage("--trace needs a file".into()));
+    }
+    files(args).check()?;
     let begin = Instant::now();
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.size, console)?;
+    files(args).reads_scene(&scene).check()?;
     let mut phases = vec![Phase::since("parse scene", begin)];
     let settings = settings(args, &scene);
     progress::catch_interrupts()?;
@@ -81,18 +86,11 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
     tell(args, &profile, console)
 }
 
-fn check(args: &ProfileArgs) -> Result<(), Failure> {
-    for path in [&args.json, &args.trace, &args.page].into_iter().flatten().filter(|p| p.as_os_str() != "-") {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    if args.trace.as_ref().is_some_and(|p| p.as_os_str() == "-") {
-        return Err(Failure::Usage("--trace needs a file".into()));
-    }
-    let same = |a: &Option<PathBuf>, b: &Option<PathBuf>| a.is_some() && a == b;
-    if same(&args.trace, &args.json) || same(&args.page, &args.json) || same(&args.page, &args.trace) {
-        return Err(Failure::Usage("two options name the same file to write".into()));
-    }
-    Ok(())
+/// Its files, without those that the scene names.
+fn files(args: &ProfileArgs) -> Files {
+    let files = Files::new().reads("the scene", &args.scene);
+    let files = files.writes("--json", args.json.as_deref()).writes("--trace", args.trace.as_deref());
+    files.writes("--page", args.page.as_deref()).prints()
 }
 
 /// The scene's settings under those of the command line.

@@ -5,6 +5,7 @@ use crate::atomic_file;
 use crate::cli::args::StressArgs;
 use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress;
 use crate::lab::stress::page::{self, Outcome, Page, PageError};
 use crate::lab::stress::{Case, Figure, Harness, cases};
@@ -47,9 +48,7 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
         chosen.iter().for_each(|c| table.row([c.name.into(), c.does.into()]));
         return print(&table.to_string());
     }
-    for path in args.report.iter().chain(&args.page) {
-        atomic_file::check(path).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    files(args).check()?;
     progress::catch_interrupts()?;
     let choice = args.device.device.clone().unwrap_or(DeviceChoice::Best);
     let mut renderer = Renderer::open(&choice, args.validate)?;
@@ -109,6 +108,14 @@ pub fn run(args: &StressArgs, console: &mut Console) -> Result<(), Failure> {
         return Err(anyhow::anyhow!("the validation layer reported errors").into());
     }
     Ok(())
+}
+
+/// The files it writes.
+fn files(args: &StressArgs) -> Files {
+    let files = Files::new().prints().writes("--report", args.report.as_deref());
+    let files = files.writes("--page", args.page.as_deref());
+    let pictures = args.page.iter().flat_map(|page| page::PICTURES.map(|name| page.with_file_name(name)));
+    pictures.fold(files, |files, picture| files.writes("the picture of --page", Some(&picture)))
 }
 
 impl Row {

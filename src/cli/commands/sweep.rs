@@ -4,30 +4,42 @@ use super::command_line;
 use crate::cli::args::{Size, SweepArgs};
 use crate::cli::console::{Console, print};
 use crate::cli::failure::Failure;
+use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
+use crate::cli::read;
 use crate::lab::sweep::axes::{Axis, Value, grid};
 use crate::lab::sweep::{Plan, Record, SweepError, Watch, run as sweep};
 use crate::render::{Observer, Renderer};
 use crate::report::table::{Align, Table};
-use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
 use crate::units::{figure, seconds};
 use anyhow::Context;
 
 /// Runs a sweep and prints the Pareto front.
 pub fn run(args: &SweepArgs, console: &mut Console) -> Result<(), Failure> {
-    let scene = Scene::load(&args.scene)?;
+    let scene = read::scene(&args.scene, &args.read, args.size, console)?;
     // The grid is checked before the device is opened: a mistake in it costs nothing.
     grid(&scene, &args.over).map_err(Failure::Usage)?;
+    Files::new()
+        .reads("the scene", &args.scene)
+        .reads_scene(&scene)
+        .fills("-o", &args.output)
+        .prints()
+        .check()?;
     std::fs::create_dir_all(&args.output)
         .with_context(|| format!("cannot make the folder {}", args.output.display()))?;
     progress::catch_interrupts()?;
     let mut renderer = Renderer::new(&args.device.choice())?;
     let axes = within(&args.over, renderer.device().has_double(), console);
-    let points = grid(&scene, &axes).map_err(Failure::Usage)?;
+    let mut points = grid(&scene, &axes).map_err(Failure::Usage)?;
     let mut base = Settings::of(&scene);
     if let Some(Size { width, height }) = args.size {
         (base.width, base.height) = (width, height);
+    }
+    if !axes.iter().any(|a| a.name == "precision") {
+        let (settled, warnings) = renderer.settled(&scene, &base);
+        points.iter_mut().for_each(|p| p.precision = settled.precision);
+        warnings.iter().for_each(|w| console.say(&format!("warning: {w}")));
     }
     let plan = Plan {
         scene,

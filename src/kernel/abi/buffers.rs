@@ -70,6 +70,8 @@ buffers! {
     sample_radiance / SampleRadiance: "vec3";
     /// What the path tree of each sample of the batch did; of surveys only.
     paths / Paths: "Path";
+    /// Where walks are that go on in another dispatch, WALK_WORDS words each; of batches whose walks do not end in one.
+    walks / Walks: "uint";
     /// Running sums of each pixel of the tile, `replicates` * `parts` a pixel.
     film / Film: "Film";
     /// What the samples of each pixel of the tile did; of surveys only.

@@ -45,9 +45,12 @@ constants! {
     SCAN_WIDTH = 128;
     /// Greatest number of invocations per workgroup; words of a child mask = this / 32.
     WORKGROUP_MAX = 256;
-    /// Greatest number of loop iterations of one traversal. lavapipe silently ends every loop of an invocation
-    /// after 65,535 in all; a traversal that would come near it is counted in COUNTER_LOOP_CAP instead.
+    /// Greatest number of loop iterations of one invocation. lavapipe silently ends every loop of an invocation
+    /// after 65,535 in all, counted for a vector of lanes; what is left is for what no kernel counts: the leaf in
+    /// hand when a walk stops, at most LEAF_MAX for each entry of a stack, and loops over a few solids or lights.
     LOOP_CAP = 60_000;
+    /// Words of a walk that goes on in another dispatch: its stack, or a lane's rows of a packet's, and four numbers.
+    WALK_WORDS = 68;
     /// Index into `counters`.
     COUNTER_NAN_RAYS = 0;
     /// Index into `counters`.
@@ -60,6 +63,8 @@ constants! {
     COUNTER_MEDIA_OVERFLOW = 4;
     /// Index into `counters`: a queue was too small; the submit's tile is void and is traced again in smaller batches.
     COUNTER_QUEUE_OVERFLOW = 5;
+    /// Index into `counters`: walks that took more steps than a dispatch may; the submit is void and is done again in parts.
+    COUNTER_UNFINISHED = 6;
     /// `Triangle::inner_edges`: the edge from a to b.
     INNER_AB = 1;
     /// `Triangle::inner_edges`: the edge from c to a.
@@ -71,7 +76,7 @@ constants! {
     /// Parts of the samples of a survey without replicates (src/accuracy/sampling.rs).
     PARTS = 4;
     /// Counters at the start of `counters`.
-    COUNTERS = 6;
+    COUNTERS = 7;
     /// `Path::cut` of a throughput of 1. The throughputs that a sample loses sum to 1 at most, for a
     /// material's weights sum to 1: 32 bits hold four times that.
     CUT_ONE = 0x4000_0000;

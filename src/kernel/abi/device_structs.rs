@@ -130,7 +130,7 @@ device_structs! {
         sample_index: uint,
     }
 
-    /// Push constants, 60 bytes.
+    /// Push constants, 76 bytes.
     struct Push {
         /// Image coordinates of the tile's first pixel; 0 in a survey.
         tile_x: uint,
@@ -166,5 +166,9 @@ device_structs! {
         items: uint,
         /// Rays with less throughput are not spawned.
         cutoff: float,
+        /// First ray of the queue that `walk` works on.
+        walk_first: uint,
+        /// How often these walks were dispatched before.
+        walk_round: uint,
     }
 }

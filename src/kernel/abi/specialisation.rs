@@ -50,7 +50,7 @@ specialisation! {
     origin_fixed: 0;
     /// 1: a hit may spawn two rays, so that several rays of one sample share a depth.
     branching: 0;
-    /// Loop cap of one traversal.
+    /// Steps of the walks of one invocation after which they stop, unfinished.
     loop_cap: 60_000;
     /// SAMPLER_RANDOM, SAMPLER_STRATIFIED or SAMPLER_OWEN; `sampler` is a word of GLSL.
     sampler_kind: SAMPLER_OWEN;

@@ -1,135 +1,234 @@
-//! The plan of a calibration and its results, as written to JSON.
+//! What was measured on one scene: one line of the file of records.
 
-use super::{BudgetTrial, Coverage, ErrorTrial, TimeTrial, TruthInfo, Uniform};
-use crate::report::DeviceInfo;
-use crate::stats::median;
-use serde::Serialize;
+use super::judge::{Judgement, Measured};
+use super::layer::LayerTrial;
+use crate::report::ErrorInfo;
+use crate::scene::procedural::families::Family;
+use serde::{Deserialize, Serialize};
 
-/// Relative lateness up to which a time counts as kept.
-const LATE: f64 = 0.05;
-
-/// What to measure.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Plan {
-    /// Pixels of every image.
-    pub width: u32,
-    /// Pixels of every image.
-    pub height: u32,
-    /// Trials of `--budget` and `--error` per scene and setting; their seeds are 1, 2, ...
-    pub seeds: u32,
-    /// Timed runs per scene and setting.
-    pub runs: u32,
-    /// Samples per pixel for `--budget`.
-    pub samples: Vec<u32>,
-    /// Values of `--error`, RMSE.
-    pub errors: Vec<f64>,
-    /// Values of `--time`, seconds.
-    pub times: Vec<f64>,
-    /// Confidence of all error bounds, in (0, 1).
-    pub confidence: f64,
+/// All trials of one scene.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct SceneRecord {
+    /// Name of its family.
+    pub family: String,
+    /// Its number in the family.
+    pub number: u32,
+    /// Why it could not be measured.
+    pub failure: Option<String>,
+    /// Truth of complete paths.
+    pub truth: TruthRecord,
+    /// Truth of paths of the scene's own depth; missing if they are complete.
+    pub truth_at_depth: Option<TruthRecord>,
+    /// Trials of `--budget`: all seeds of the first sample count, and so on.
+    pub budget: Vec<BudgetRecord>,
+    /// Trials of `--error`, one entry per error asked for.
+    pub error: Vec<ErrorRecord>,
+    /// Trials of `--time`.
+    pub time: Vec<TimeRecord>,
+    /// Seconds that the scene took altogether.
+    pub seconds: f64,
 }
 
-/// Trials of `--budget` with one number of samples.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BudgetRow {
+impl SceneRecord {
+    /// `wires:3`; of a scene file, its name.
+    pub fn name(&self) -> String {
+        match self.family.parse::<Family>() {
+            Ok(_) => format!("{}:{}", self.family, self.number),
+            Err(_) => self.family.clone(),
+        }
+    }
+}
+
+/// Quality of a truth.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TruthRecord {
+    /// Depth of its paths.
+    pub depth: u32,
+    /// Throughput below which its paths end.
+    pub cutoff: f32,
+    /// Samples per pixel of each render.
+    pub samples: u32,
+    /// Renders, each with a seed of its own.
+    pub seeds: u32,
+    /// Pixels that may hold something smaller than a pixel, and got more samples.
+    pub small_pixels: u64,
+    /// Samples of each of these, of each render.
+    pub small_samples: u32,
+    /// Rays of all renders.
+    pub rays: u64,
+    /// Its own RMSE, from the spread between the renders.
+    pub error: f64,
+    /// RMSE sought: a tenth of the smallest error judged.
+    pub sought: f64,
+    /// RMSE that longer paths may cause.
+    pub hidden: f64,
+    /// Arithmetic.
+    pub precision: String,
+}
+
+/// A bound that a render stated: total and parts, RMSE.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stated {
+    /// Sum of the parts; missing if the render stated no bound, or an infinite one.
+    pub total: Option<f64>,
+    /// Sampling part.
+    pub sampling: Option<f64>,
+    /// Truncation part.
+    pub truncation: Option<f64>,
+    /// Rounding part; missing if not compared.
+    pub rounding: Option<f64>,
+}
+
+/// One render with `--budget`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct BudgetRecord {
     /// Samples per pixel.
     pub samples: u32,
-    /// One per seed.
-    pub trials: Vec<BudgetTrial>,
-    /// Edge pixels whose confidence interval contains the truth; empty unless
-    /// 16 divides `samples`.
-    pub pixels: Coverage,
+    /// Sampler seed.
+    pub seed: u32,
+    /// What it stated.
+    pub stated: Stated,
+    /// True error against complete paths.
+    pub error: Measured,
+    /// True error against paths of its own depth.
+    pub sampling_error: Measured,
+    /// Rays traced.
+    pub rays: u64,
+    /// Seconds from the first submit to the last pixel.
+    pub seconds: f64,
+    /// True error, at its own depth, of a plain render with the same seed and as many rays.
+    pub plain_error: Measured,
+    /// Rays of the plain render.
+    pub plain_rays: u64,
+    /// The layer `sampling` against the errors of the pixels.
+    pub layer: LayerTrial,
 }
 
-/// Trials of `--error` with one target.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ErrorRow {
+/// Renders with one value of `--error`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorRecord {
     /// RMSE asked for.
     pub target: f64,
     /// One per seed.
-    pub trials: Vec<ErrorTrial>,
-    /// The uniform render that reaches the same error.
-    pub uniform: Uniform,
+    pub trials: Vec<ErrorTrialRecord>,
+    /// The cheapest plain render that keeps the error; missing if none was found.
+    pub plain: Option<PlainRecord>,
 }
 
-/// Trials of `--time` with one time.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TimeRow {
+/// One render with `--error`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorTrialRecord {
+    /// Sampler seed.
+    pub seed: u32,
+    /// True if it reported success.
+    pub met: bool,
+    /// Reason that it gave for a failure.
+    pub why: Option<String>,
+    /// What it stated.
+    pub stated: Stated,
+    /// True error against complete paths.
+    pub error: Measured,
+    /// Rays traced.
+    pub rays: u64,
+    /// Seconds from the first submit to the last pixel, the choice of settings included.
+    pub seconds: f64,
+    /// Depth chosen.
+    pub depth: u32,
+}
+
+/// The plain render with the fewest samples that keeps an error in nearly all seeds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlainRecord {
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Rays of one render.
+    pub rays: u64,
+    /// Median seconds of one render.
+    pub seconds: f64,
+}
+
+/// One render with `--time`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TimeRecord {
     /// Seconds asked for.
     pub asked: f64,
-    /// One per run.
-    pub trials: Vec<TimeTrial>,
+    /// Sampler seed.
+    pub seed: u32,
+    /// Wall seconds.
+    pub seconds: f64,
+    /// What it stated.
+    pub stated: Stated,
+    /// True error against complete paths.
+    pub error: Measured,
+    /// The plain render to compare with; missing if none is that fast.
+    pub plain: Option<PlainInTime>,
 }
 
-/// All trials of one scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SceneCalibration {
-    /// Name of its file, without folder and extension.
-    pub name: String,
-    /// Its own depth, used by `--budget`.
-    pub depth: u32,
-    /// Truth of complete paths; missing if cancelled before.
-    pub truth: Option<TruthInfo>,
-    /// Truth of paths of the scene's own depth; missing if not needed, or cancelled before.
-    pub truth_at_depth: Option<TruthInfo>,
-    /// Trials of `--budget`.
-    pub budget: Vec<BudgetRow>,
-    /// Trials of `--error`.
-    pub error: Vec<ErrorRow>,
-    /// Trials of `--time`.
-    pub time: Vec<TimeRow>,
+/// The plain render of the scene's own depth with the most samples that fit into a time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PlainInTime {
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Wall seconds.
+    pub seconds: f64,
+    /// True error against complete paths.
+    pub error: Measured,
 }
 
-/// All results of a calibration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Calibration {
-    /// Device used.
-    pub device: DeviceInfo,
-    /// The plan.
-    pub plan: Plan,
-    /// One per scene.
-    pub scenes: Vec<SceneCalibration>,
-    /// False if cancelled, with fewer trials than planned.
-    pub complete: bool,
-}
-
-impl BudgetRow {
-    /// Trials whose true error is within the total bound.
-    pub fn kept(&self) -> Coverage {
-        Coverage::of(self.trials.iter().map(|t| t.kept()))
-    }
-
-    /// Trials whose sampling error is within the sampling bound.
-    pub fn sampling_kept(&self) -> Coverage {
-        Coverage::of(self.trials.iter().map(|t| t.sampling_kept()))
+impl Stated {
+    /// The finite numbers of a report.
+    pub fn of(error: Option<&ErrorInfo>) -> Stated {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let Some(error) = error else { return Stated::default() };
+        Stated {
+            total: finite(error.total),
+            sampling: finite(error.sampling),
+            truncation: finite(error.truncation),
+            rounding: error.rounding.and_then(finite),
+        }
     }
 }
 
-impl ErrorRow {
-    /// Of the trials that report success, those whose true error is within the target.
-    pub fn kept(&self) -> Coverage {
-        let promised = self.trials.iter().filter(|t| t.met);
-        Coverage::of(promised.map(|t| t.kept(self.target)))
+impl BudgetRecord {
+    /// Judges the total bound. A render that states none claims nothing, and is not judged.
+    pub fn judge(&self) -> Option<Judgement> {
+        Some(self.error.judge(self.stated.total?))
     }
 
-    /// Speed-up of `--error` over the uniform render, in seconds and in rays; above 1, `--error` is
-    /// cheaper.
-    pub fn speed_up(&self) -> Option<(f64, f64)> {
-        let seconds = median(&self.uniform.seconds)? / median(&self.uniform.adaptive_seconds)?;
-        let rays = self.uniform.rays as f64
-            / median(&self.trials.iter().map(|t| t.rays as f64).collect::<Vec<_>>())?;
-        Some((seconds, rays))
+    /// Judges the sampling part alone against the error at the render's own depth, rounding included.
+    pub fn judge_sampling(&self) -> Option<Judgement> {
+        Some(self.sampling_error.judge(self.stated.sampling?))
     }
 }
 
-impl TimeRow {
-    /// Trials that were at most 5 % late.
-    pub fn on_time(&self) -> Coverage {
-        Coverage::of(self.trials.iter().map(|t| t.seconds <= (1.0 + LATE) * self.asked))
+impl ErrorTrialRecord {
+    /// Judges a render that reported success.
+    pub fn judge(&self, target: f64) -> Option<Judgement> {
+        self.met.then(|| self.error.judge(target))
+    }
+}
+
+impl ErrorRecord {
+    /// Cost of the plain render / cost of `--error`, in rays and in seconds; above 1, `--error` is cheaper.
+    pub fn gain(&self) -> Option<[f64; 2]> {
+        let plain = self.plain?;
+        let middle = |of: &dyn Fn(&ErrorTrialRecord) -> f64| {
+            crate::stats::median(&self.trials.iter().filter(|t| t.met).map(of).collect::<Vec<_>>())
+        };
+        let (rays, seconds) = (middle(&|t| t.rays as f64)?, middle(&|t| t.seconds)?);
+        Some([plain.rays as f64 / rays, plain.seconds / seconds])
+    }
+}
+
+impl TimeRecord {
+    /// True error / true error of the plain render.
+    pub fn against_plain(&self) -> Option<f64> {
+        let plain = self.plain?.error.error();
+        (plain > 0.0).then(|| self.error.error() / plain)
     }
 
-    /// Trials whose true error is within the stated bound.
-    pub fn kept(&self) -> Coverage {
-        Coverage::of(self.trials.iter().map(|t| t.error <= t.total))
+    /// Judges the total bound.
+    pub fn judge(&self) -> Option<Judgement> {
+        Some(self.error.judge(self.stated.total?))
     }
 }

@@ -1,178 +1,305 @@
-//! The truth that images are compared with: the same pixels in f64, sampled until their own
-//! standard error is small compared with the errors of the images.
+//! Truths by independent seeds: the mean of several renders in f64, each with many samples. They use nothing but plain
+//! samples of the kernels, so they share no code with the bounds that they judge. Pixels that may hold something smaller
+//! than a pixel get more samples than the rest ([`small`]).
 
-use crate::accuracy::allocate::{Allocation, Goal};
-use crate::accuracy::pixel_sums::PixelSums;
-use crate::accuracy::radiance_bound::RadianceLimit;
-use crate::accuracy::unseen::Caps;
+use super::judge::{Reference, Shown};
+use super::record::TruthRecord;
+use super::seeds;
+use super::small::{self, Small};
 use crate::render::{Observer, RenderError, Renderer, Survey};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
-use serde::Serialize;
 
-/// Replicates of the truth: enough for a good estimate of its standard error.
-const REPLICATES: u32 = 16;
-/// Least samples of a pixel.
-const LEAST_SAMPLES: u32 = 128;
-/// Most samples of a pixel.
+/// Renders of a truth, at least: fewer say little about their own spread.
+const LEAST_SEEDS: u32 = 4;
+/// Renders of a truth, at most.
+const MOST_SEEDS: u32 = 32;
+/// Samples per pixel of the first renders.
+const FIRST_SAMPLES: u32 = 16;
+/// Samples per pixel of one render, at least, if the rays suffice.
+const LEAST_SAMPLES: u32 = 64;
+/// Samples per pixel of one render, at most.
 const MOST_SAMPLES: u32 = 1 << 14;
-/// Depths tried for complete paths.
-const DEPTHS: [u32; 5] = [4, 8, 16, 32, 64];
-/// Depth stops growing at this many rays per sample.
-const MOST_RAYS: f64 = 256.0;
-/// Truncation error allowed / standard error sought.
-const HIDDEN_SHARE: f64 = 0.5;
-/// Contribution of one untraced ray allowed / standard error sought, for complete paths.
-const WEIGHT_SHARE: f64 = 0.1;
-/// Least standard error sought: a hundredth of an 8-bit code.
-const LEAST_ERROR: f64 = 4e-5;
-/// Seed of every truth; no image uses it.
-pub const SEED: u32 = 0x7275_7468;
+/// Error falls with the samples to the power of -3/4 at edges (Mitchell, SIGGRAPH 1996).
+const SLOPE: f64 = 0.75;
+/// Samples per pixel that depths are compared with.
+const DEPTH_SAMPLES: u32 = 8;
+/// Depth and cutoff of complete paths, the first that suffices: each twice as deep, and cut at an eighth.
+const FIRST_DEPTH: u32 = 8;
+const FIRST_CUTOFF: f32 = 1e-3;
+const DEEPEST: u32 = 1024;
+/// A depth suffices if the next two change the image by less than this share of the error sought.
+const HIDDEN_SHARE: f64 = 0.25;
+/// Rays per sample at which depth stops growing.
+const MOST_RAYS_PER_SAMPLE: f64 = 300.0;
+/// Share of the rays of a truth that the comparison of depths may take.
+const DEPTH_RAYS: f64 = 0.25;
+/// Samples of a pixel that may hold something small, at most.
+const MOST_SMALL: u32 = 1 << 16;
+/// Samples of such a pixel, at least, whatever the rays.
+const LEAST_SMALL: f64 = 4096.0;
+/// Share of the rays of a truth that these pixels may take beyond that.
+const SMALL_RAYS: f64 = 0.5;
+/// Number of the first seed for these pixels: others than those of whole renders.
+const SMALL_SEED: u32 = 1 << 16;
+/// Least RMSE sought: a tenth of an 8-bit code would need more samples than anybody compares.
+const LEAST_ERROR: f64 = 2e-5;
 
-/// Requirements on a truth.
+/// Linear RGB, unclamped, rows from the top.
+type Pixels = Vec<[f32; 3]>;
+
+/// How long the paths of a truth are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sought {
-    /// Depth of the paths; `None` for complete paths, as far as they contribute.
-    pub depth: Option<u32>,
-    /// Its own RMSE at most.
-    pub standard_error: f64,
-    /// Rays traced at most.
-    pub most_rays: f64,
+pub(super) struct Paths {
+    /// Rays in the longest path.
+    pub(super) depth: u32,
+    /// Rays with less throughput are not traced.
+    pub(super) cutoff: f32,
+    /// RMSE that longer paths may cause: the change by the last step, which longer steps only shrink.
+    pub(super) hidden: f64,
 }
 
-/// Quality of a truth.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TruthInfo {
-    /// Depth of its paths.
-    pub depth: u32,
-    /// Throughput below which its paths end.
-    pub cutoff: f32,
-    /// Estimate of its own RMSE.
-    pub standard_error: f64,
-    /// Upper bound on the light of rays it did not trace, RMSE.
-    pub hidden: f64,
-    /// Mean samples per pixel.
-    pub samples: f64,
-    /// Arithmetic: f64 unless the device has none.
-    pub precision: &'static str,
+/// Renders one scene plainly.
+pub(super) struct Tracer<'a> {
+    pub(super) renderer: &'a mut Renderer,
+    pub(super) scene: &'a Scene,
+    /// Size, and f64 where the device has it.
+    pub(super) settings: Settings,
+    /// Most rays of one truth.
+    pub(super) most_rays: f64,
 }
 
-/// Nearly exact pixels.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Truth {
-    /// Linear RGB, unclamped, row by row.
-    pub pixels: Vec<[f64; 3]>,
-    /// Its quality.
-    pub info: TruthInfo,
+/// Pixels that were sampled apart.
+#[derive(Debug, Clone, Copy, Default)]
+struct Refined {
+    pixels: u64,
+    samples: u32,
+    rays: u64,
 }
 
-impl Truth {
-    /// RMSE of `image` as shown: linear light clamped to [0, 1], all channels.
-    pub fn error(&self, image: &PixelSums) -> f64 {
-        let shown = |x: f64| x.clamp(0.0, 1.0);
-        let squares: f64 = (self.pixels.iter().enumerate())
-            .map(|(at, truth)| {
-                let mean = image.mean(at);
-                (0..3).map(|c| (shown(mean[c]) - shown(truth[c])).powi(2)).sum::<f64>()
-            })
-            .sum();
-        (squares / (3 * self.pixels.len().max(1)) as f64).sqrt()
-    }
-}
-
-/// Renders the truth of an image with the size in `settings`; `None` if cancelled.
+/// The mean of renders of `scene` with independent seeds, paths of `depth` (complete ones if `None`), sampled until its own
+/// RMSE is `sought` or `most_rays` are traced; `None` if cancelled.
 ///
 /// # Errors
 /// As [`Renderer::render`].
-pub fn find(
+pub fn reference(
     renderer: &mut Renderer,
     scene: &Scene,
     settings: &Settings,
-    limit: &RadianceLimit,
-    sought: &Sought,
+    depth: Option<u32>,
+    (sought, most_rays): (f64, f64),
     observer: &mut dyn Observer,
-) -> Result<Option<Truth>, RenderError> {
-    let target = sought.standard_error.max(LEAST_ERROR);
-    let double = renderer.device().has_double();
-    let deepest = sought.depth.unwrap_or(DEPTHS[DEPTHS.len() - 1]);
-    let settings = Settings {
-        depth: deepest,
-        cutoff: 0.0,
-        replicates: REPLICATES,
-        seed: SEED,
-        crop: None,
-        precision: if double { Precision::Double } else { Precision::Robust },
-        ..settings.clone()
+) -> Result<Option<Reference>, RenderError> {
+    let mut tracer = Tracer::new(renderer, scene, settings, most_rays);
+    let paths = match depth {
+        Some(depth) => Some(Paths { depth, cutoff: 0.0, hidden: 0.0 }),
+        None => tracer.complete(sought, observer)?,
     };
-    let mut survey = Survey::new(renderer, scene, &settings)?;
-    if sought.depth.is_none() {
-        let brightest = limit.rgb.iter().fold(1.0, |m: f64, c| m.max(*c));
-        let cutoff =
-            if brightest.is_finite() { WEIGHT_SHARE * target / brightest } else { WEIGHT_SHARE * target };
-        follow(&mut survey, limit, cutoff as f32, HIDDEN_SHARE * target, observer)?;
-    }
-    let Settings { width, height, depth, cutoff, .. } = *survey.settings();
-    let goal = Goal {
-        target: Some(target),
-        confidence: 0.5,
-        first: LEAST_SAMPLES,
-        pilot: LEAST_SAMPLES,
-        most: MOST_SAMPLES,
-    };
-    let mut allocation = Allocation::new(width, height, REPLICATES as usize, goal, Caps::default());
-    while let Some(step) = allocation.next_step(f64::INFINITY) {
-        let traced = survey.trace(&step.pixels, step.samples.clone(), observer)?;
-        if traced.marks.len() < step.pixels.len() || observer.cancelled() {
-            return Ok(None);
-        }
-        allocation.record(&step, &traced);
-        if allocation.rays() as f64 > sought.most_rays {
-            break;
-        }
-    }
-    let image = allocation.gathered();
-    let noise = image.noise();
-    let info = TruthInfo {
-        depth,
-        cutoff,
-        standard_error: (noise.squares / noise.pixels.max(1) as f64).sqrt(),
-        hidden: image.truncation(limit).rms,
-        samples: allocation.samples() as f64 / image.samples.len().max(1) as f64,
-        precision: survey.precision().name(),
-    };
-    let pixels = (0..image.samples.len()).map(|at| image.mean(at)).collect();
-    Ok(Some(Truth { pixels, info }))
+    let Some(paths) = paths else { return Ok(None) };
+    Ok(tracer.truth(paths, sought, observer)?.map(|truth| truth.reference))
 }
 
-/// Sets the depth of `survey`: the first whose truncation error is at most `hidden`, or the last
-/// affordable one.
-fn follow(
-    survey: &mut Survey,
-    limit: &RadianceLimit,
-    cutoff: f32,
-    hidden: f64,
-    observer: &mut dyn Observer,
-) -> Result<(), RenderError> {
-    let Settings { width, height, .. } = *survey.settings();
-    let places: Vec<u32> = (0..width * height).collect();
-    let mut last = DEPTHS[0];
-    for depth in DEPTHS {
-        survey.cut_at(depth, cutoff);
-        let traced = match survey.trace(&places, 0..REPLICATES, observer) {
-            Ok(traced) => traced,
-            // One sample's rays outgrew the queue: the depth before has to do.
-            Err(error) if error.does_not_fit() && depth > DEPTHS[0] => break,
-            Err(error) => return Err(error),
-        };
-        last = depth;
-        let mut seen = PixelSums::new(width, height, REPLICATES as usize);
-        seen.add(&places, REPLICATES, &traced);
-        let rays: u64 = seen.marks.iter().map(|m| u64::from(m.rays)).sum();
-        let each = rays as f64 / (places.len() as f64 * f64::from(REPLICATES));
-        if seen.truncation(limit).rms <= hidden || each > MOST_RAYS || observer.cancelled() {
-            break;
-        }
+/// A truth and its quality.
+pub(super) struct Truth {
+    pub(super) reference: Reference,
+    pub(super) record: TruthRecord,
+}
+
+impl<'a> Tracer<'a> {
+    pub(super) fn new(
+        renderer: &'a mut Renderer,
+        scene: &'a Scene,
+        settings: &Settings,
+        most_rays: f64,
+    ) -> Tracer<'a> {
+        let double = renderer.device().has_double();
+        let precision = if double { Precision::Double } else { Precision::Robust };
+        let settings = Settings { precision, cutoff: 0.0, replicates: 1, crop: None, ..settings.clone() };
+        Tracer { renderer, scene, settings, most_rays }
     }
-    survey.cut_at(last, cutoff);
-    Ok(())
+
+    /// Linear pixels and rays of one render; `None` if cancelled.
+    fn render(
+        &mut self,
+        paths: Paths,
+        samples: u32,
+        seed: u32,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(Pixels, u64)>, RenderError> {
+        let Paths { depth, cutoff, .. } = paths;
+        let settings = Settings { depth, cutoff, samples, seed, ..self.settings.clone() };
+        let image = self.renderer.render_with(self.scene, &settings, observer)?;
+        Ok((image.done == 1.0).then(|| (image.linear, image.report.rays.total())))
+    }
+
+    /// The depth and cutoff from which on paths are complete, as far as an error of `sought` shows. Each step renders the
+    /// same samples, and longer paths only add light; so the change between two steps is exactly the light between.
+    pub(super) fn complete(
+        &mut self,
+        sought: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Paths>, RenderError> {
+        if !self.scene.materials.iter().any(|m| m.has_secondary()) {
+            return Ok(Some(Paths { depth: 1, cutoff: 0.0, hidden: 0.0 }));
+        }
+        let pixels = f64::from(self.settings.width) * f64::from(self.settings.height);
+        let mut step = Paths { depth: FIRST_DEPTH, cutoff: FIRST_CUTOFF, hidden: 0.0 };
+        let (mut last, mut still, mut spent): (Option<(Paths, Shown)>, u32, f64) = (None, 0, 0.0);
+        loop {
+            let image = match self.render(step, DEPTH_SAMPLES, seeds::truth(0), observer) {
+                Ok(Some(image)) => image,
+                Ok(None) => return Ok(None),
+                // The step before has to do.
+                Err(error) if error.does_not_fit() && last.is_some() => break,
+                Err(error) => return Err(error),
+            };
+            let (linear, rays) = image;
+            let shown = Shown::of(&linear);
+            if let Some((_, before)) = &last {
+                step.hidden = shown.distance(before);
+                still = if step.hidden <= HIDDEN_SHARE * sought { still + 1 } else { 0 };
+            }
+            spent += rays as f64;
+            let each = rays as f64 / (pixels * f64::from(DEPTH_SAMPLES));
+            last = Some((step, shown));
+            let dear = each > MOST_RAYS_PER_SAMPLE || spent > DEPTH_RAYS * self.most_rays;
+            if still == 2 || step.depth >= DEEPEST || dear {
+                break;
+            }
+            step = Paths { depth: 2 * step.depth, cutoff: step.cutoff / 8.0, hidden: 0.0 };
+        }
+        Ok(last.map(|(paths, _)| paths))
+    }
+
+    /// The truth of `paths`, sampled until its own RMSE is `sought` or its rays are used up; `None` if cancelled.
+    pub(super) fn truth(
+        &mut self,
+        paths: Paths,
+        sought: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Truth>, RenderError> {
+        let sought = sought.max(LEAST_ERROR);
+        let mut samples = FIRST_SAMPLES;
+        let mut renders: Vec<Pixels> = Vec::new();
+        let mut rays;
+        let mut reference = loop {
+            let Some(part) = self.seeds(paths, samples, 0..LEAST_SEEDS, &mut renders, observer)? else {
+                return Ok(None);
+            };
+            // Renders that are thrown away count no more: they cost half as much again at most.
+            rays = part;
+            let reference = Reference::of(&renders, paths.hidden);
+            // Longer sequences rather than more of them: they fall faster than with the root.
+            let wanted = f64::from(samples) * (reference.error() / sought).powf(1.0 / SLOPE);
+            let each = part as f64 / f64::from(samples);
+            let affordable = self.most_rays / each;
+            let next = wanted.max(2.0 * f64::from(samples)).min(affordable).min(f64::from(MOST_SAMPLES));
+            // Whole powers of two, at which the sequence is most even.
+            let next = next.max(1.0).log2().floor().exp2() as u32;
+            // Few samples may agree because they all missed the same.
+            let enough = reference.error() <= sought && samples >= LEAST_SAMPLES;
+            if enough || next <= samples {
+                break reference;
+            }
+            samples = next;
+            renders.clear();
+        };
+        while reference.error() > sought && (renders.len() as u32) < MOST_SEEDS {
+            let each = rays as f64 / renders.len() as f64;
+            if rays as f64 + each > self.most_rays {
+                break;
+            }
+            let from = renders.len() as u32;
+            let Some(part) = self.seeds(paths, samples, from..from + 1, &mut renders, observer)? else {
+                return Ok(None);
+            };
+            rays += part;
+            reference = Reference::of(&renders, paths.hidden);
+        }
+        let each = rays as f64 / (renders.len() as f64 * f64::from(samples));
+        let Settings { width, height, .. } = self.settings;
+        let small = small::pixels(self.scene, width, height);
+        let at: Vec<u32> = small.keys().copied().collect();
+        let Some(refined) = self.refine(paths, samples, (&at, each), &mut renders, observer)? else {
+            return Ok(None);
+        };
+        rays += refined.rays;
+        let mut reference = Reference::of(&renders, paths.hidden);
+        let met = f64::from(samples.max(refined.samples)) * renders.len() as f64;
+        for (at, things) in &small {
+            let least = things.iter().map(|thing: &Small| thing.variance(met)).sum::<f64>().min(1.0);
+            reference.variance[*at as usize].iter_mut().for_each(|v| *v = v.max(least));
+        }
+        let record = TruthRecord {
+            depth: paths.depth,
+            cutoff: paths.cutoff,
+            samples,
+            seeds: reference.seeds,
+            rays,
+            small_pixels: refined.pixels,
+            small_samples: refined.samples,
+            error: reference.error(),
+            sought,
+            hidden: paths.hidden,
+            precision: self.settings.precision.name().into(),
+        };
+        Ok(Some(Truth { reference, record }))
+    }
+
+    /// Replaces `pixels` of `renders`, which may hold something small, by ones with more samples, if they get more;
+    /// `None` if cancelled. `each` is the number of rays for one sample of every pixel.
+    fn refine(
+        &mut self,
+        paths: Paths,
+        samples: u32,
+        (pixels, each): (&[u32], f64),
+        renders: &mut [Pixels],
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Refined>, RenderError> {
+        let Settings { width, height, .. } = self.settings;
+        let share = pixels.len() as f64 / (f64::from(width) * f64::from(height));
+        let most = SMALL_RAYS * self.most_rays / (each * share * renders.len() as f64);
+        let more = most.clamp(LEAST_SMALL, f64::from(MOST_SMALL)).log2().floor().exp2() as u32;
+        if pixels.is_empty() || more <= samples {
+            return Ok(Some(Refined::default()));
+        }
+        let mut refined = Refined { pixels: pixels.len() as u64, samples: more, rays: 0 };
+        for (k, render) in (0..).zip(renders) {
+            let Paths { depth, cutoff, .. } = paths;
+            let seed = seeds::truth(SMALL_SEED + k);
+            let settings = Settings { depth, cutoff, seed, ..self.settings.clone() };
+            let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
+            let traced = survey.trace(pixels, 0..more, observer)?;
+            if traced.marks.len() < pixels.len() || observer.cancelled() {
+                return Ok(None);
+            }
+            let sets = traced.sums.len() / pixels.len();
+            for (at, sums) in pixels.iter().zip(traced.sums.chunks(sets)) {
+                let sum = |c: usize| sums.iter().map(|sum| sum[c]).sum::<f64>();
+                render[*at as usize] = std::array::from_fn(|c| (sum(c) / f64::from(more)) as f32);
+            }
+            refined.rays += survey.report().rays.total();
+        }
+        Ok(Some(refined))
+    }
+
+    /// Adds a render for each seed; the rays of all, or `None` if cancelled.
+    fn seeds(
+        &mut self,
+        paths: Paths,
+        samples: u32,
+        range: std::ops::Range<u32>,
+        renders: &mut Vec<Pixels>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<u64>, RenderError> {
+        let mut rays = 0;
+        for k in range {
+            let Some((linear, part)) = self.render(paths, samples, seeds::truth(k), observer)? else {
+                return Ok(None);
+            };
+            renders.push(linear);
+            rays += part;
+        }
+        Ok(Some(rays))
+    }
 }

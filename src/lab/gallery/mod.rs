@@ -115,7 +115,7 @@ pub fn sibling(scene: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::scene::{Camera, ReadTime, RenderDefaults};
+    use crate::scene::{Camera, Notes, ReadTime, RenderDefaults};
     use glam::DVec3;
 
     pub(crate) fn subject(name: &str, width: u32, samples: u32) -> Subject {
@@ -131,6 +131,7 @@ pub(crate) mod tests {
             spheres: vec![],
             polygons: vec![],
             meshes: vec![],
+            notes: Notes::default(),
         };
         Subject { name: name.into(), scene }
     }

@@ -131,7 +131,7 @@ fn eye_places(h: &mut Harness<'_>) -> Result<Figure, RenderError> {
     let mut scene = empty(vec![matte([1.0; 3], 0.0)]);
     scene.polygons =
         vec![polygon(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]], 0)];
-    scene.camera.look_from = DVec3::Z * 1e-3;
+    scene.camera.look_from = DVec3::Z * 0.5;
     scene.lights = vec![light([0.0, 0.0, 1e-30], 1.0)];
     let settings = Settings { width: 33, height: 33, ..h.settings(&scene) };
     let picture = h.picture_with(&scene, &settings)?;

@@ -110,12 +110,22 @@ pub struct Harness<'t> {
 impl<'t> Harness<'t> {
     /// Runs cases on `tracer`.
     pub fn new(tracer: &'t mut dyn Tracer, precision: Precision) -> Harness<'t> {
+        // Cases prove something of one arithmetic, and not of the choice between two.
+        let precision = if precision == Precision::Auto { Precision::Robust } else { precision };
         Harness { tracer, precision, origin: Origin::Bound }
     }
 
     /// Unit roundoff of the kernels' numbers.
     pub fn u(&self) -> f64 {
         if self.precision == Precision::Double { 2f64.powi(-53) } else { 2f64.powi(-24) }
+    }
+
+    /// Least radius of a sphere in the local frame for which the terms of its equation have the errors that the bounds
+    /// allow: f32 holds its square, and where denormals are flushed also the errors of products
+    /// (numerics.md, Not promised: 2^-79).
+    pub fn least_radius(&self) -> f64 {
+        let flushed = self.precision != Precision::Double && self.tracer.flushes_denormals();
+        if flushed { 2f64.powi(-39) } else { 2f64.powi(-60) }
     }
 
     /// The scene's own settings in the case's precision. Samples are independent: the bounds of
@@ -154,6 +164,43 @@ impl<'t> Harness<'t> {
             let probed = self.tracer.probe(scene, &settings, rays);
             self.tracer.force_brute_force(None);
             probed
+        };
+        Ok([run(true)?, run(false)?])
+    }
+
+    /// As [`Harness::probe`], through the hierarchy, walks taking at most `steps` steps a dispatch.
+    pub fn probe_in_parts(
+        &mut self,
+        scene: &Scene,
+        rays: &[ProbeRay],
+        steps: u32,
+    ) -> Result<Probed, RenderError> {
+        let mut settings = self.settings(scene);
+        settings.schedule.walk_steps = Some(steps);
+        self.tracer.force_brute_force(Some(false));
+        let probed = self.tracer.probe(scene, &settings, rays);
+        self.tracer.force_brute_force(None);
+        probed
+    }
+
+    /// As [`Harness::picture`], through the hierarchy, walks taking at most `steps` steps a dispatch.
+    pub fn picture_in_parts(&mut self, scene: &Scene, steps: u32) -> Result<Picture, RenderError> {
+        let mut settings = self.settings(scene);
+        settings.schedule.walk_steps = Some(steps);
+        self.tracer.force_brute_force(Some(false));
+        let picture = self.tracer.picture(scene, &settings);
+        self.tracer.force_brute_force(None);
+        picture
+    }
+
+    /// Renders the scene under its own settings by brute force and through the hierarchy.
+    pub fn picture_both(&mut self, scene: &Scene) -> Result<[Picture; 2], RenderError> {
+        let settings = self.settings(scene);
+        let mut run = |brute| {
+            self.tracer.force_brute_force(Some(brute));
+            let picture = self.tracer.picture(scene, &settings);
+            self.tracer.force_brute_force(None);
+            picture
         };
         Ok([run(true)?, run(false)?])
     }

@@ -14,8 +14,7 @@ pub fn local_triangles(h: &Harness<'_>, scene: &Scene) -> Vec<Corners> {
     let local = |v: &DVec3| h.round(frame.point(*v));
     let mut all = Vec::with_capacity(scene.triangle_count());
     for p in &scene.polygons {
-        let v: Vec<DVec3> = p.vertices.iter().map(local).collect();
-        all.extend((1..v.len() - 1).map(|i| [v[0], v[i], v[i + 1]]));
+        all.extend(p.triangles().map(|t| t.each_ref().map(local)));
     }
     for m in &scene.meshes {
         all.extend(m.faces.iter().map(|f| f.vertices.map(|i| local(&m.vertices[i as usize]))));

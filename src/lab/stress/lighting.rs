@@ -78,7 +78,8 @@ pub const CASES: &[Case] = &[
 fn floor() -> Scene {
     let mut s = empty(vec![matte([1.0; 3], 0.0)]);
     s.polygons = vec![polygon(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]], 0)];
-    s.camera.fov = 0.01;
+    s.camera.fov = 0.02;
+    // Wide enough that the scene has one scale (numerics.md, Two scales): the floor is exactly at height 0 of its frame.
     s
 }
 

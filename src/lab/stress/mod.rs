@@ -22,6 +22,8 @@ mod spheres;
 mod thin;
 mod tracer;
 mod triangles;
+mod two_scales;
+mod walks;
 
 pub use crate::scene::procedural::shapes::moved;
 pub use case::{Case, Figure, Harness};
@@ -31,6 +33,7 @@ pub use tracer::{Picture, Tracer, Twins};
 pub fn cases() -> Vec<Case> {
     [
         local_frame::CASES,
+        two_scales::CASES,
         triangles::CASES,
         spheres::CASES,
         contact::CASES,
@@ -43,6 +46,7 @@ pub fn cases() -> Vec<Case> {
         camera::CASES,
         thin::CASES,
         duplicates::CASES,
+        walks::CASES,
     ]
     .concat()
 }

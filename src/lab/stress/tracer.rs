@@ -32,9 +32,13 @@ pub trait Tracer {
     /// Forces brute force (`true`) or the hierarchy (`false`); `None` chooses by the number of
     /// primitives.
     fn force_brute_force(&mut self, brute_force: Option<bool>);
-    /// The local frame of `scene` in the kernels.
+    /// True if numbers of f32 below the least normal one are zero.
+    fn flushes_denormals(&self) -> bool {
+        false
+    }
+    /// The local frame of `scene` in the kernels, as probed: around everything.
     fn local_frame(&self, scene: &Scene) -> LocalFrame {
-        LocalFrame::of(scene)
+        LocalFrame::of_whole(scene)
     }
 }
 
@@ -55,6 +59,10 @@ impl Tracer for Renderer {
 
     fn force_brute_force(&mut self, brute_force: Option<bool>) {
         Renderer::force_brute_force(self, brute_force);
+    }
+
+    fn flushes_denormals(&self) -> bool {
+        self.arithmetic().single.flushes_denormals
     }
 
     fn local_frame(&self, scene: &Scene) -> LocalFrame {

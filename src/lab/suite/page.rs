@@ -170,7 +170,13 @@ mod tests {
     use crate::lab::suite::Shown;
 
     fn suite() -> Suite {
-        let grey = |level| Picture { width: 2, height: 1, linear: vec![[level; 3]; 2], encoding: "linear" };
+        let grey = |level| Picture {
+            width: 2,
+            height: 1,
+            linear: vec![[level; 3]; 2],
+            encoding: "linear",
+            window: None,
+        };
         let shown = Shown::of(&grey(0.5), &grey(0.25)).unwrap();
         let measured = Some(Measured { size: [2, 1], ..Measured::default() });
         let failed = Outcome::Failed("rmse 0.25 is above <0.1>".into());

@@ -108,7 +108,7 @@ fn values(axis: &str, word: &str) -> Option<Vec<Value>> {
         "precision" if word == "all" => {
             Some([Precision::Fast, Precision::Robust, Precision::Double].map(Value::Precision).to_vec())
         }
-        "precision" => one(Value::Precision(word.parse().ok()?)),
+        "precision" => one(Value::Precision(word.parse().ok().filter(|p| *p != Precision::Auto)?)),
         "origin" => match word.strip_prefix("fixed:").and_then(|r| r.split_once("..")) {
             Some((low, high)) => epsilons(low, high),
             None => one(Value::Origin(word.parse().ok()?)),

@@ -3,7 +3,7 @@
 use super::plan::Plan;
 use super::point::Point;
 use crate::report::{DeviceInfo, ProgramInfo};
-use crate::scene::Scene;
+use crate::scene::{Notes, Scene};
 use crate::settings::Settings;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
@@ -52,6 +52,10 @@ pub(super) fn scene_hash(scene: &Scene) -> String {
     }
     let mut hash = Sha256::new();
     // `Debug` prints every field, and each number in digits that read back to the same number.
-    let _ = write!(Into(&mut hash), "{:?}", Scene { file: PathBuf::new(), ..scene.clone() });
+    let _ = write!(
+        Into(&mut hash),
+        "{:?}",
+        Scene { file: PathBuf::new(), notes: Notes::default(), ..scene.clone() }
+    );
     format!("{:x}", hash.finalize())
 }

@@ -94,7 +94,7 @@ pub struct Words {
 }
 
 impl Point {
-    /// The scene's own settings.
+    /// The scene's own settings, in f32.
     pub fn of(scene: &Scene) -> Point {
         let own = Settings::of(scene);
         Point {
@@ -102,7 +102,7 @@ impl Point {
             sampler: own.sampler,
             depth: own.depth,
             cutoff: own.cutoff,
-            precision: own.precision,
+            precision: Precision::Robust,
             origin: own.origin,
             seed: own.seed,
             fresnel: Law::Scene,

@@ -2,12 +2,14 @@
 
 mod variant;
 
+use super::host_memory::{HostWork, LARGEST_FILE, needed};
 use super::tiles::tiles;
 use super::{HEAP_EIGHTHS, Limits, Plan, element_bytes};
+use crate::host_memory;
 use crate::kernel::abi::{self, Buf};
 use crate::prepare::Packed;
 use crate::report::explain::{
-    BufferRow, ExplainedPlan, FeatureRow, LimitInfo, MaxDepthInfo, Planned, SearchInfo,
+    BufferRow, ExplainedPlan, FeatureRow, HostInfo, LimitInfo, MaxDepthInfo, Planned, SearchInfo,
 };
 use crate::report::{DeviceInfo, LocalFrameInfo, ProgramInfo, SettingsInfo};
 use crate::settings::{Precision, Settings};
@@ -47,8 +49,14 @@ pub fn explain(
             heap: limits.heap,
             heap_share: limits.heap / 8 * HEAP_EIGHTHS,
         },
+        host: HostInfo {
+            image: needed(settings.region(), HostWork::Image, LARGEST_FILE),
+            bounded: needed(settings.region(), HostWork::Bounded, LARGEST_FILE),
+            free: host_memory::free(),
+        },
         time: None,
         refused: None,
+        error: None,
     }
 }
 
@@ -173,11 +181,11 @@ fn planned(settings: &Settings, limits: &Limits, plan: &Plan) -> Planned {
 
 fn texels(settings: &Settings, limits: &Limits, plan: &Plan) -> &'static str {
     if plan.specialisation.texels != 0 {
-        "a CPU driver loads a texel as one vector"
+        "lavapipe loads a texel as one vector"
     } else if settings.precision == Precision::Double {
         "there is no f64 texel format"
-    } else if !limits.is_cpu {
-        "not faster on a GPU"
+    } else if !limits.driver.gathers_texels() {
+        "not faster on this driver"
     } else {
         "switched off, or a buffer exceeds the limit on texels per view"
     }

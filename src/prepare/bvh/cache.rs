@@ -1,7 +1,9 @@
 //! Built hierarchies on disk, by what they were built of: a scene that is rendered again finds its own.
 //!
-//! A file is a header, the nodes of each form that was wanted, the order, and a checksum of all of that. One that is damaged, or of
-//! another version, is none: the hierarchy is built and the file written anew.
+//! A file is a header with the key, the nodes of each form that was wanted, the order, and a checksum of all of that.
+//! The key is the hash of everything that the tree follows from, and the file's name begins it. A file that is damaged,
+//! of another version, or of other primitives under this name, is none: the hierarchy is built and the file written
+//! anew.
 
 use super::pairs::Prim;
 use super::wide::Form;
@@ -16,13 +18,19 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// Changes whenever the same primitives may give another tree.
-const BUILDER: u32 = 3;
+const BUILDER: u32 = 4;
 const MAGIC: &[u8; 12] = b"whitted bvh\n";
+/// Bytes of a SHA-256.
+const CHECKSUM: usize = 32;
+/// Place of the numbers, after the magic and the key.
+const NUMBERS: usize = 12 + CHECKSUM;
 /// Numbers of a file before its nodes, u32 each: builder, nodes, compressed nodes, items, depth, both stacks.
 const COUNTS: usize = 7;
-/// Bytes of the same and the magic.
-const HEADER: usize = 12 + 4 * COUNTS;
-const CHECKSUM: usize = 32;
+/// Bytes of all that.
+const HEADER: usize = NUMBERS + 4 * COUNTS;
+
+/// Hash of everything that a tree follows from.
+type Key = [u8; CHECKSUM];
 /// Bytes that one thread hashes at a time.
 const PIECE: usize = 1 << 20;
 
@@ -70,8 +78,9 @@ impl Cache {
         let outside = wanted.outside.map(u8::from);
         hash.update([wanted.quality as u8, wanted.forms as u8, outside[0], outside[1]]);
         hash.update(digest(bytemuck::cast_slice(prims)));
-        let name: String = hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect();
-        Some(Entry { cache: self, path: self.folder.join(name), items: prims.len() })
+        let key: Key = hash.finalize().into();
+        let name: String = key.iter().take(16).map(|b| format!("{b:02x}")).collect();
+        Some(Entry { cache: self, path: self.folder.join(name), key, items: prims.len() })
     }
 
     /// Removes the least recently used files until the rest and `more` bytes keep the limit.
@@ -101,14 +110,20 @@ impl Cache {
 pub(super) struct Entry<'a> {
     cache: &'a Cache,
     path: PathBuf,
+    key: Key,
     items: usize,
 }
 
 impl Entry<'_> {
     /// The hierarchy, if there is one and it is whole.
     pub fn load(&self) -> Option<Bvh> {
+        let about = fs::metadata(&self.path).ok()?;
+        // A pipe would wait for its writer; what is larger than the cache was not written here.
+        if !about.is_file() || about.len() > self.cache.limit {
+            return None;
+        }
         let bytes = fs::read(&self.path).ok()?;
-        let bvh = decode(&bytes, self.items)?;
+        let bvh = decode(&bytes, &self.key, self.items)?;
         if let Ok(file) = fs::File::open(&self.path) {
             // It was used now; if that cannot be noted, it goes a little sooner.
             drop(file.set_modified(SystemTime::now()));
@@ -118,7 +133,7 @@ impl Entry<'_> {
 
     /// Keeps it. Failing to is no failure of the render.
     pub fn store(&self, bvh: &Bvh) {
-        let bytes = encode(bvh);
+        let bytes = encode(bvh, &self.key);
         if bytes.len() as u64 > self.cache.limit || fs::create_dir_all(&self.cache.folder).is_err() {
             return;
         }
@@ -137,16 +152,17 @@ fn digest(bytes: &[u8]) -> [u8; CHECKSUM] {
     hash.finalize().into()
 }
 
-fn encode(bvh: &Bvh) -> Vec<u8> {
+fn encode(bvh: &Bvh, key: &Key) -> Vec<u8> {
     let node = size_of::<single::Node>();
     let compressed_at = HEADER + node * bvh.nodes.len();
     let compressed: &[u8] = bytemuck::cast_slice(&bvh.compressed);
     let order_at = compressed_at + compressed.len();
     let mut bytes = vec![0; order_at + 4 * bvh.order.len() + CHECKSUM];
     bytes[..12].copy_from_slice(MAGIC);
+    bytes[12..NUMBERS].copy_from_slice(key);
     let (nodes, packed) = (bvh.nodes.len(), bvh.compressed.len());
     let counts = [nodes, packed, bvh.order.len(), bvh.depth, bvh.stack, bvh.packet_stack].map(|n| n as u32);
-    for (out, count) in bytes[12..HEADER].chunks_exact_mut(4).zip([BUILDER].iter().chain(&counts)) {
+    for (out, count) in bytes[NUMBERS..HEADER].chunks_exact_mut(4).zip([BUILDER].iter().chain(&counts)) {
         out.copy_from_slice(&count.to_le_bytes());
     }
     let write = |(out, wide): (&mut [u8], &double::Node)| {
@@ -162,13 +178,13 @@ fn encode(bvh: &Bvh) -> Vec<u8> {
     bytes
 }
 
-fn decode(bytes: &[u8], items: usize) -> Option<Bvh> {
+fn decode(bytes: &[u8], key: &Key, items: usize) -> Option<Bvh> {
     let (content, sum) = bytes.split_at_checked(bytes.len().checked_sub(CHECKSUM)?)?;
-    if content.len() < HEADER || !content.starts_with(MAGIC) {
+    if content.len() < HEADER || !content.starts_with(MAGIC) || content[12..NUMBERS] != key[..] {
         return None;
     }
     let count = |i: usize| {
-        let at = 12 + 4 * i;
+        let at = NUMBERS + 4 * i;
         content[at..at + 4].try_into().map(|b| u32::from_le_bytes(b) as usize).ok()
     };
     let (nodes, compressed, order) = (count(1)?, count(2)?, count(3)?);

@@ -203,7 +203,7 @@ fn a_cache_gives_back_what_was_built() {
         assert_eq!(std::fs::read(only_file()).unwrap(), whole);
     }
 
-    // A file of another scene is found to be one only by its name: so a name tells everything.
+    // A name tells everything that a tree follows from.
     std::fs::remove_file(file).unwrap();
     let mut moved = items.clone();
     moved[4321].bounds.hi.x = 3.0;
@@ -219,6 +219,36 @@ fn a_cache_gives_back_what_was_built() {
         assert!(build(items, wanted) == build(items, &Wanted { cache: None, ..*wanted }), "{i}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), i + 1);
     }
+}
+
+/// Whatever happens to a file, the hierarchy is the one that is built without it, and the file is mended.
+#[test]
+fn no_bit_of_a_cached_file_changes_a_hierarchy() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::new(folder.path(), 1 << 30);
+    let (items, others) = (boxes(9, 3, 1.0), boxes(9, 3, 0.9));
+    let cached = Wanted { cache: Some(&cache), ..Wanted::default() };
+    let files = || std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect::<Vec<_>>();
+    let built = build(&items, &cached);
+    let file = files().remove(0);
+    let whole = std::fs::read(&file).unwrap();
+    for bit in 0..8 * whole.len() {
+        let mut damaged = whole.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        std::fs::write(&file, damaged).unwrap();
+        assert!(build(&items, &cached) == built, "bit {bit}");
+        assert!(std::fs::read(&file).unwrap() == whole, "bit {bit}");
+    }
+    // A whole file of as many other boxes under this name.
+    build(&others, &cached);
+    let other = files().into_iter().find(|f| *f != file).unwrap();
+    std::fs::copy(&other, &file).unwrap();
+    assert!(build(&items, &cached) == built, "of other boxes");
+    assert!(std::fs::read(&file).unwrap() == whole);
+    // No file at all, and one that cannot be replaced.
+    std::fs::remove_file(&file).unwrap();
+    std::fs::create_dir(&file).unwrap();
+    assert!(build(&items, &cached) == built, "a folder");
 }
 
 #[test]

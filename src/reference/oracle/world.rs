@@ -145,11 +145,10 @@ impl Ball {
 
 impl World {
     pub fn new(scene: &Scene) -> World {
-        let polygons = scene.polygons.iter().flat_map(|p| {
-            p.vertices[1..].windows(2).map(|edge| {
-                ([p.vertices[0], edge[0], edge[1]], Normals::Flat(p.normal), p.material, Boundary::Sheet)
-            })
-        });
+        let polygons = scene
+            .polygons
+            .iter()
+            .flat_map(|p| p.triangles().map(|t| (t, Normals::Flat(p.normal), p.material, Boundary::Sheet)));
         let faces = scene.meshes.iter().enumerate().flat_map(|(solid, mesh)| {
             mesh.faces.iter().map(move |face| {
                 let corners = face.vertices.map(|i| mesh.vertices[i as usize]);

@@ -12,6 +12,8 @@ pub mod generate;
 pub mod intersect;
 #[path = "lib/mod.rs"]
 pub mod lib;
+#[path = "light.rs"]
+pub mod light;
 #[path = "memory.rs"]
 pub mod memory;
 #[path = "place.rs"]
@@ -28,6 +30,8 @@ pub mod shade;
 pub mod shadow;
 #[path = "spawn.rs"]
 pub mod spawn;
+#[path = "walk.rs"]
+pub mod walk;
 #[path = "real_f64.rs"]
 pub mod real;
 

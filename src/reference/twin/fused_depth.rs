@@ -85,6 +85,7 @@ pub fn fused_depth(
             paths,
             depth_counts,
             counters,
+            answers: None,
             queries: &mut shadow_queries,
         };
         lit.light_up(i, ray, &s, m, true, true);

@@ -60,6 +60,7 @@ memory! {
     contributions / Contributions: Contribution;
     sample_radiance / SampleRadiance: [f32; 3];
     paths / Paths: Path;
+    walks / Walks: u32;
     film / Film: Film;
     marks / Marks: Mark;
     depth_counts / DepthCounts: DepthCount;

@@ -37,6 +37,8 @@ pub fn render(
 ) -> Option<(Vec<[f32; 3]>, Counts)> {
     match settings.precision {
         Precision::Double => double::render(packed, scene, settings, plan),
-        Precision::Fast | Precision::Robust => single::render(packed, scene, settings, plan),
+        Precision::Fast | Precision::Auto | Precision::Robust => {
+            single::render(packed, scene, settings, plan)
+        }
     }
 }

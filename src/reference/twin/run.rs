@@ -2,7 +2,9 @@
 
 use super::memory::Memory;
 use super::structs::Push;
-use super::{fused_depth, gather, generate, intersect, place, resolve, scan, shade, shadow, spawn};
+use super::{
+    fused_depth, gather, generate, intersect, light, place, resolve, scan, shade, shadow, spawn, walk,
+};
 use crate::kernel::abi::Specialisation;
 use crate::kernel::table::Kernel;
 
@@ -16,6 +18,8 @@ impl Memory {
             Kernel::Scan => self.scan(spec, push),
             Kernel::Spawn => self.spawn(spec),
             Kernel::Shadow => self.shadow(spec, push),
+            Kernel::Walk => self.walk(spec, push),
+            Kernel::Light => self.light(spec, push),
             Kernel::Gather => self.gather(),
             // No pass of a batch: `crate::render::self_test` judges what it writes.
             Kernel::SelfTest => {}
@@ -125,6 +129,48 @@ impl Memory {
             &self.lights,
             &self.rays,
             &self.queue,
+            &self.surfaces,
+            &mut self.contributions,
+            &mut self.sample_radiance,
+            &mut self.paths,
+            &mut self.depth_counts,
+            &mut self.counters,
+        );
+    }
+
+    fn walk(&mut self, spec: &Specialisation, push: &Push) {
+        walk::walk(
+            spec,
+            push,
+            &self.camera,
+            &self.triangles,
+            &self.spheres,
+            &self.extended_spheres,
+            &self.nodes,
+            &self.compressed_nodes,
+            &self.materials,
+            &self.lights,
+            &self.rays,
+            &self.queue,
+            &self.surfaces,
+            &mut self.hits,
+            &mut self.paths,
+            &mut self.counters,
+        );
+    }
+
+    fn light(&mut self, spec: &Specialisation, push: &Push) {
+        light::light(
+            spec,
+            push,
+            &self.camera,
+            &self.triangles,
+            &self.spheres,
+            &self.materials,
+            &self.lights,
+            &self.rays,
+            &self.queue,
+            &self.hits,
             &self.surfaces,
             &mut self.contributions,
             &mut self.sample_radiance,

@@ -44,6 +44,7 @@ pub fn shadow(
         paths,
         depth_counts,
         counters,
+        answers: None,
         queries,
     };
     for i in 0..queue[0].count as usize {

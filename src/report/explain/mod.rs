@@ -37,10 +37,26 @@ pub struct ExplainedPlan {
     pub plan: Option<Planned>,
     /// Memory limits that the plan keeps.
     pub limits: LimitInfo,
+    /// Memory of the host that the image takes.
+    pub host: HostInfo,
     /// Predicted time; null if not asked for, or if there is no plan.
     pub time: Option<Prediction>,
     /// Why there is no plan.
     pub refused: Option<Refused>,
+    /// The error that the settings were chosen for; absent if none was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<PlannedError>,
+}
+
+/// An error that settings were chosen for: RMSE in linear light clamped to [0, 1].
+#[derive(Debug, Clone, Serialize)]
+pub struct PlannedError {
+    /// As asked for.
+    pub asked: f64,
+    /// As expected of the whole from the pixels that were looked at.
+    pub expected: f64,
+    /// Pixels that were looked at.
+    pub pixels: u32,
 }
 
 /// A feature of scenes, present or absent.
@@ -135,6 +151,17 @@ pub struct LimitInfo {
     pub heap: u64,
     /// Bytes of the heap that a plan may use.
     pub heap_share: u64,
+}
+
+/// Memory of the host, beside the scene and the device's buffers.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct HostInfo {
+    /// Bytes for the image while it is rendered and written as EXR, the largest format.
+    pub image: u64,
+    /// Bytes for it with sums of every pixel: `--budget`, `--error`, `--time` and `--aov`.
+    pub bounded: u64,
+    /// Bytes that this process can still have; null where nothing is known.
+    pub free: Option<u64>,
 }
 
 /// A plan that the device cannot hold.

@@ -3,7 +3,7 @@
 use super::{ExplainedPlan, Planned};
 use crate::report::prediction::Prediction;
 use crate::report::table::{Align, Table};
-use crate::units::{bytes, grouped, number, plural, seconds, short};
+use crate::units::{bytes, figure, grouped, number, plural, seconds, short};
 
 /// Buffers smaller than the total divided by this are listed as one row.
 const SMALL: u64 = 1000;
@@ -16,6 +16,14 @@ pub fn text(o: &ExplainedPlan) -> String {
     }
     if let Some(time) = &o.time {
         parts.push(forecast(time));
+    }
+    if let Some(error) = &o.error {
+        parts.push(format!(
+            "error   {} expected, from {}; {} was asked for\n",
+            figure(error.expected),
+            plural(error.pixels.into(), "pixel"),
+            number(error.asked)
+        ));
     }
     if let Some(refused) = &o.refused {
         parts.push(format!("refused: {}\nexit code {}\n", refused.message, refused.exit_code));
@@ -101,7 +109,8 @@ fn memory(o: &ExplainedPlan, p: &Planned) -> String {
     format!(
         "{table}\nqueue   {} rays, {} each; workgroups of {}; {} per shadow pass\n\
          work    {} of up to {} pixels, batches of up to {} per pixel; {} in total, {} each\n\
-         limits  {} per buffer, {} in total (of a heap of {})\n",
+         limits  {} per buffer, {} in total (of a heap of {})\n\
+         host    {} for the image, {} with its error bounded\n",
         grouped(p.capacity.into()),
         bytes(p.bytes_per_place),
         p.workgroup,
@@ -114,6 +123,8 @@ fn memory(o: &ExplainedPlan, p: &Planned) -> String {
         bytes(o.limits.one_buffer),
         bytes(o.limits.heap_share),
         bytes(o.limits.heap),
+        bytes(o.host.image),
+        bytes(o.host.bounded),
     )
 }
 

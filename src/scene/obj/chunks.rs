@@ -1,14 +1,17 @@
-//! Large OBJ texts in pieces, side by side. Only what is plain is read here, and anything else is left to the
+//! Large OBJ texts in pieces, side by side. Only what is common is read here, and anything else is left to the
 //! reader of whole texts, which has the errors and their places: `None` means "read it from the start".
 
-use super::{is_flat, library_statement};
-use crate::scene::error::Source;
+use super::materials::Materials;
+use super::raw::{Polygon, Raw, WRONG_NORMAL};
+use crate::scene::error::{SceneError, Source};
 use crate::scene::library::Library;
+use crate::scene::model::Wanted;
+use crate::scene::notes::Reading;
 use crate::scene::table::{MAX_LENGTH, unit};
-use crate::scene::{Face, Mesh, Transform};
+use crate::scene::tokens::Words;
+use crate::scene::{Face, Transform};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::path::PathBuf;
 
 /// Bytes of a piece: enough to be worth handing out, and some dozens in a text worth parting.
 pub(super) const PIECE: usize = 1 << 19;
@@ -16,61 +19,61 @@ pub(super) const PIECE: usize = 1 << 19;
 /// Reads a whole text in pieces of some `piece` bytes.
 pub(super) fn read(
     source: Source,
-    whole: Option<usize>,
-    place: Transform,
+    wanted: Wanted,
     library: &mut Library,
+    reading: &mut Reading,
     piece: usize,
-) -> Option<Mesh> {
-    let read: Vec<Option<Piece>> = pieces(source.text, piece)
+) -> Result<Option<Raw>, SceneError> {
+    let strict = reading.strict;
+    let read: Option<Vec<Piece>> = pieces(source.text, piece)
         .into_par_iter()
-        .map(|(start, end)| Piece::read(source.text, start, end, place))
+        .map(|(start, end)| Piece::read(source.text, start, end, wanted.place, strict))
         .collect();
-    let mut pieces = read.into_iter().collect::<Option<Vec<Piece>>>()?;
-    // What lies above each piece; faces may name only that.
-    let (mut above, mut bases) = ([0i64; 2], Vec::with_capacity(pieces.len()));
-    for piece in &pieces {
-        if (0..2).any(|k| piece.needs[k] > above[k]) {
-            return None;
-        }
-        bases.push(above);
-        above = [above[0] + piece.vertices.len() as i64, above[1] + piece.normals.len() as i64];
-    }
-    if above.iter().any(|n| *n > i64::from(u32::MAX)) {
-        return None;
-    }
-    let (mut current, mut libraries) = (whole, Vec::new());
+    let Some(mut pieces) = read else { return Ok(None) };
+    let Some(bases) = bases(&pieces, strict) else { return Ok(None) };
+    let mut materials = Materials::new(wanted.material, library);
     for (piece, base) in pieces.iter_mut().zip(&bases) {
         for relative in &piece.relative {
             piece.faces[relative.face as usize].shift(relative, base.map(|n| n as u32));
         }
-        piece.give_materials(source, whole, &mut current, &mut libraries, library)?;
+        piece.give_materials(source, wanted.object, &mut materials, reading)?;
     }
     let total = |count: fn(&Piece) -> usize| pieces.iter().map(count).sum::<usize>();
-    let mut vertices = Vec::with_capacity(total(|p| p.vertices.len()));
-    let mut normals = Vec::with_capacity(total(|p| p.normals.len()));
-    let mut faces = Vec::with_capacity(total(|p| p.faces.len()));
+    let mut raw = Raw {
+        vertices: Vec::with_capacity(total(|p| p.vertices.len())),
+        normals: Vec::with_capacity(total(|p| p.normals.len())),
+        faces: Vec::with_capacity(total(|p| p.faces.len())),
+        polygons: Vec::with_capacity(total(|p| p.polygons.len())),
+        groups: Vec::new(),
+        complete: true,
+    };
     for piece in pieces {
-        vertices.extend(piece.vertices);
-        normals.extend(piece.normals);
-        faces.extend(piece.faces);
+        let before = raw.faces.len();
+        raw.vertices.extend(piece.vertices);
+        raw.normals.extend(piece.normals);
+        raw.faces.extend(piece.faces);
+        let first = |p: Polygon| Polygon { first: p.first + before as u32, ..p };
+        raw.polygons.extend(piece.polygons.into_iter().map(first));
+        raw.groups.extend(piece.groups.into_iter().map(|(at, group)| (at + before, group)));
     }
-    if faces.is_empty() {
-        return None;
+    Ok((!raw.faces.is_empty() && raw.is_in_range()).then_some(raw))
+}
+
+/// Vertices, normals above each piece; `None` if faces name what is not there, or there are too many to count.
+fn bases(pieces: &[Piece], strict: bool) -> Option<Vec<[i64; 2]>> {
+    let (mut above, mut bases, mut faces) = ([0i64; 2], Vec::with_capacity(pieces.len()), 0usize);
+    for piece in pieces {
+        // Unless the reading is strict, a vertex may follow its faces, and a normal may be missing.
+        let needs = if strict { piece.needs } else { [piece.back, 0] };
+        if (0..2).any(|k| needs[k] > above[k]) {
+            return None;
+        }
+        bases.push(above);
+        above = [above[0] + piece.vertices.len() as i64, above[1] + piece.normals.len() as i64];
+        faces += piece.faces.len();
     }
-    let smooth = !normals.is_empty()
-        && faces
-            .par_iter_mut()
-            .map(|face: &mut Face| {
-                if face.normals.is_some_and(|n| is_flat(&vertices, &normals, face.vertices, n)) {
-                    face.normals = None;
-                }
-                face.normals.is_some()
-            })
-            .reduce(|| false, |a, b| a | b);
-    if !smooth {
-        normals = Vec::new();
-    }
-    Some(Mesh { name: source.file.display().to_string(), vertices, normals, faces })
+    let in_range = above.iter().all(|n| *n < i64::from(WRONG_NORMAL)) && faces < u32::MAX as usize;
+    in_range.then_some(bases)
 }
 
 /// Where pieces begin and end: behind line ends that end a statement for sure.
@@ -106,7 +109,8 @@ impl Face {
                 self.vertices[corner] = self.vertices[corner].wrapping_add(base[0]);
             }
             if let (1, Some(normals)) = (relative.corners >> (3 + corner) & 1, &mut self.normals) {
-                normals[corner] = normals[corner].wrapping_add(base[1]);
+                // Counted back beyond the first normal, it is none.
+                normals[corner] = normals[corner].wrapping_add(base[1]).min(WRONG_NORMAL);
             }
         }
     }
@@ -118,8 +122,17 @@ struct Piece {
     normals: Vec<DVec3>,
     faces: Vec<Face>,
     relative: Vec<Relative>,
-    /// Vertices, normals that must lie above the piece at least.
+    polygons: Vec<Polygon>,
+    /// Smoothing groups and the faces before each.
+    groups: Vec<(usize, u32)>,
+    /// Vertices, normals that must lie above the piece at least if faces follow what they name.
     needs: [i64; 2],
+    /// Vertices that must lie above the piece since faces count back to them.
+    back: i64,
+    /// Missing values are an error, which this reader leaves to the other.
+    strict: bool,
+    /// Byte of the first face.
+    first_face: usize,
     /// Where a `usemtl` or `mtllib` is, and the faces before it.
     statements: Vec<(usize, usize)>,
 }
@@ -134,7 +147,7 @@ struct Cursor<'a> {
 }
 
 impl Piece {
-    fn read(text: &[u8], start: usize, end: usize, place: Transform) -> Option<Piece> {
+    fn read(text: &[u8], start: usize, end: usize, place: Transform, strict: bool) -> Option<Piece> {
         // A line of a vertex or a face takes some 30 bytes.
         let room = (end - start) / 30;
         let mut piece = Piece {
@@ -142,7 +155,12 @@ impl Piece {
             normals: Vec::new(),
             faces: Vec::with_capacity(room),
             relative: Vec::new(),
+            polygons: Vec::new(),
+            groups: Vec::new(),
             needs: [0; 2],
+            back: 0,
+            strict,
+            first_face: end,
             statements: Vec::new(),
         };
         let mut cursor = Cursor { text: &text[..end], at: start };
@@ -160,9 +178,17 @@ impl Piece {
                     }
                     piece.vertices.push(vertex);
                 }
-                b"vn" => piece.normals.push(place.direction(unit(cursor.vector()?)?)),
-                b"f" => piece.face(&mut cursor)?,
-                b"vt" | b"o" | b"g" | b"s" | b"" => {}
+                b"vn" => match cursor.vector().and_then(unit) {
+                    Some(normal) => piece.normals.push(place.normal(normal)),
+                    None if strict => return None,
+                    None => piece.normals.push(DVec3::NAN),
+                },
+                b"f" => {
+                    piece.first_face = piece.first_face.min(line);
+                    piece.face(&mut cursor)?;
+                }
+                b"vt" | b"o" | b"g" | b"" => {}
+                b"s" => piece.groups.push((piece.faces.len(), cursor.group()?)),
                 b"usemtl" | b"mtllib" => piece.statements.push((line, piece.faces.len())),
                 comment if comment[0] == b'#' => {}
                 _ => return None,
@@ -173,27 +199,18 @@ impl Piece {
     }
 
     fn face(&mut self, cursor: &mut Cursor) -> Option<()> {
+        let first = self.faces.len();
         let mut fan = [(0, false); 2];
         let mut fan_normals = [None; 2];
         for i in 0.. {
             cursor.blanks();
             if cursor.at_end() {
+                if i > 3 {
+                    self.polygons.push(Polygon { first: first as u32, corners: i });
+                }
                 return (i > 2).then_some(());
             }
-            let vertex = self.named(cursor.integer()?, 0)?;
-            let mut normal = None;
-            if cursor.take(b'/') {
-                if !cursor.peek(b'/') {
-                    cursor.integer()?;
-                }
-                if cursor.take(b'/') {
-                    normal = Some(self.named(cursor.integer()?, 1)?);
-                }
-            }
-            if cursor.byte().is_some_and(|b| !b.is_ascii_whitespace()) {
-                return None;
-            }
-            // Of the corners all have a normal or none.
+            let (vertex, normal) = self.corner(cursor)?;
             if i > 0 && normal.is_some() != fan_normals[0].is_some() {
                 return None;
             }
@@ -206,10 +223,25 @@ impl Piece {
                     },
                 );
             }
-            let slot = i.min(1);
+            let slot = i.min(1) as usize;
             (fan[slot], fan_normals[slot]) = (vertex, normal);
         }
         None
+    }
+
+    fn corner(&mut self, cursor: &mut Cursor) -> Option<(Named, Option<Named>)> {
+        let vertex = self.named(cursor.integer()?, 0)?;
+        let mut normal = None;
+        if cursor.take(b'/') {
+            let ends = |cursor: &Cursor| cursor.byte().is_none_or(|b| b.is_ascii_whitespace());
+            if !cursor.peek(b'/') && (self.strict || !ends(cursor)) {
+                cursor.integer()?;
+            }
+            if cursor.take(b'/') && (self.strict || !ends(cursor)) {
+                normal = Some(self.named(cursor.integer()?, 1)?);
+            }
+        }
+        cursor.byte().is_none_or(|b| b.is_ascii_whitespace()).then_some((vertex, normal))
     }
 
     fn push(&mut self, vertices: [Named; 3], normals: Option<[Named; 3]>) {
@@ -231,39 +263,45 @@ impl Piece {
         let here = [self.vertices.len(), self.normals.len()][kind] as i64;
         let need = match written {
             1.. => written - here,
+            0 if kind == 1 && !self.strict => return Some((WRONG_NORMAL, false)),
             0 => return None,
             _ => -(here + written),
         };
         self.needs[kind] = self.needs[kind].max(need);
+        if kind == 0 && written < 0 {
+            self.back = self.back.max(need);
+        }
         Some(if written > 0 {
-            (u32::try_from(written - 1).ok()?, false)
+            (u32::try_from(written - 1).ok().filter(|n| *n < WRONG_NORMAL)?, false)
         } else {
             ((here + written) as u32, true)
         })
     }
 
-    /// Fills in the faces' materials, from `current` on.
+    /// Fills in the faces' materials.
     fn give_materials(
         &mut self,
         source: Source,
-        whole: Option<usize>,
-        current: &mut Option<usize>,
-        libraries: &mut Vec<PathBuf>,
-        library: &mut Library,
-    ) -> Option<()> {
+        object: &str,
+        materials: &mut Materials,
+        reading: &mut Reading,
+    ) -> Result<(), SceneError> {
         let last = (source.text.len(), self.faces.len());
         let mut from = 0;
         for (offset, to) in self.statements.iter().copied().chain([last]) {
             if from < to {
-                let material = (*current)?;
+                let material = materials.of_faces(source, self.first_face, object, to - from, reading)?;
                 self.faces[from..to].iter_mut().for_each(|face| face.material = material);
             }
             from = to;
-            if whole.is_none() && offset < source.text.len() {
-                library_statement(source, offset, current, libraries, library).ok()?;
+            if offset < source.text.len() {
+                let mut words = Words::starting(source, object.to_owned(), offset);
+                if let Some(keyword) = words.keyword() {
+                    materials.statement(&mut words, keyword, reading)?;
+                }
             }
         }
-        Some(())
+        Ok(())
     }
 }
 
@@ -309,6 +347,15 @@ impl<'a> Cursor<'a> {
         let continued = is_continued(&rest[..length]);
         self.at = (self.at + length + 1).min(self.text.len());
         (!continued).then_some(())
+    }
+
+    /// The smoothing group: a plain number or `off`.
+    fn group(&mut self) -> Option<u32> {
+        self.blanks();
+        match self.word() {
+            b"off" => Some(0),
+            digits => std::str::from_utf8(digits).ok()?.parse().ok(),
+        }
     }
 
     fn vector(&mut self) -> Option<DVec3> {

@@ -94,6 +94,20 @@ pub(super) fn write(out: &mut dyn Write, balls: &[Ball], level: u32, color: DVec
     Ok(())
 }
 
+/// The same as NFF, as the SPD's own program writes it: with lights that do not fall with distance.
+pub(super) fn write_nff(out: &mut dyn Write, balls: &[Ball], level: u32, color: DVec3) -> Result<()> {
+    writeln!(out, "# Sphereflake, level {level}: {} spheres. z is up.", balls.len())?;
+    writeln!(out, "v\nfrom 2.1 1.3 1.7\nat 0 0 0\nup 0 0 1\nangle 45\nhither 0.01\nresolution 512 512")?;
+    writeln!(out, "b 0.078 0.361 0.753\nl 4 3 2\nl 1 -4 4\nl -3 1 5")?;
+    writeln!(out, "f 1 0.75 0.33 1 0 0 0 0\np 4\n12 12 -0.5\n-12 12 -0.5\n-12 -12 -0.5\n12 -12 -0.5")?;
+    writeln!(out, "f {} {} {} 0.5 0.5 3.0827 0 0", color.x, color.y, color.z)?;
+    for (center, radius) in balls {
+        let [x, y, z] = center.to_array().map(|x| x as f32 + 0.0);
+        writeln!(out, "s {x} {y} {z} {}", *radius as f32)?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

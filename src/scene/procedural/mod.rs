@@ -85,7 +85,7 @@ pub struct FlakeArgs {
     /// Diffuse colour of the spheres, linear RGB, each from 0 to 1.
     #[arg(long, value_name = "R,G,B", default_value = "1,0.9,0.7", value_parser = color)]
     pub color: DVec3,
-    /// File to write; `-` writes to standard output.
+    /// File to write: a scene, or NFF if the name ends so; `-` writes a scene to standard output.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 }
@@ -127,9 +127,11 @@ pub fn run(shape: &Shape) -> anyhow::Result<()> {
             solid.place(args.size, p.rotate, p.translate);
             write_solid(&solid, p)
         }
-        Shape::Sphereflake(args) => write_text(&args.output, |out| {
-            flake::write(out, &sphereflake(args.level), args.level, args.color)
-        }),
+        Shape::Sphereflake(args) => {
+            let is_nff = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("nff"));
+            let write = if is_nff { flake::write_nff } else { flake::write };
+            write_text(&args.output, |out| write(out, &sphereflake(args.level), args.level, args.color))
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Scenes and parts of scenes that several cases use.
 
 use crate::scene::{
-    Camera, Face, Fresnel, Light, Material, Mesh, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
+    Camera, Face, Fresnel, Light, Material, Mesh, Notes, Polygon, ReadTime, RenderDefaults, Scene, Sphere,
 };
 use glam::DVec3;
 use std::path::PathBuf;
@@ -16,6 +16,7 @@ pub fn matte(diffuse: [f64; 3], ambient: f64) -> Material {
         fresnel: Fresnel::Constant(1.0),
         ior: 1.0,
         priority: 0,
+        undrawn: None,
     }
 }
 
@@ -48,6 +49,7 @@ pub fn empty(materials: Vec<Material>) -> Scene {
         spheres: Vec::new(),
         polygons: Vec::new(),
         meshes: Vec::new(),
+        notes: Notes::default(),
     }
 }
 
@@ -65,7 +67,7 @@ pub fn sphere(center: [f64; 3], radius: f64, material: usize) -> Sphere {
 pub fn polygon(vertices: &[[f64; 3]], material: usize) -> Polygon {
     let vertices: Vec<DVec3> = vertices.iter().map(|v| DVec3::from(*v)).collect();
     let normal = (vertices[1] - vertices[0]).cross(vertices[2] - vertices[0]).normalize();
-    Polygon { vertices, normal, material }
+    Polygon::fan(vertices, normal, material)
 }
 
 /// A mesh without normals.

@@ -31,7 +31,7 @@ impl Solid {
     pub fn place(&mut self, scale: f64, rotate: DVec3, translate: DVec3) {
         let place = Transform::new(scale, rotate, translate);
         self.vertices.iter_mut().for_each(|v| *v = place.point(*v));
-        self.normals.iter_mut().for_each(|n| *n = place.direction(*n));
+        self.normals.iter_mut().for_each(|n| *n = place.normal(*n));
     }
 
     /// Writes the solid as OBJ text; `mtl` names the material file.

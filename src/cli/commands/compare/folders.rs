@@ -99,7 +99,7 @@ pub(super) fn run(args: &CompareArgs, console: &mut Console) -> Result<(), Failu
 }
 
 /// Paths of the pictures below a folder, relative to it. Links to folders are not followed.
-fn names(folder: &Path) -> Result<BTreeSet<PathBuf>, Failure> {
+pub(super) fn names(folder: &Path) -> Result<BTreeSet<PathBuf>, Failure> {
     let mut found = BTreeSet::new();
     let mut open = vec![folder.to_owned()];
     while let Some(inner) = open.pop() {

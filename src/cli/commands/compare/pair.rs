@@ -67,7 +67,9 @@ pub(super) struct Pair {
 impl Pair {
     /// Reads two pictures, measures their difference and judges it.
     pub fn of(a: &Path, b: &Path, criteria: &Criteria) -> Result<Pair, Failure> {
-        let pictures = [load(a)?, load(b)?];
+        let (first, second) = (load(a)?, load(b)?);
+        // A crop is compared with its part of the whole.
+        let pictures = [first.clone().cut_like(&second), second.cut_like(&first)];
         let [first, second] = &pictures;
         if (first.width, first.height) != (second.width, second.height) {
             return Err(Failure::Other(anyhow!(

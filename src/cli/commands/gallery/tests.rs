@@ -18,7 +18,7 @@ fn drawn(scene: &Scene, settings: &Settings, done: f64) -> Rendered {
     report.rays.primary = 12_345;
     report.time.render = 0.25;
     let linear = vec![[depth as f32 / 4.0; 3]; width as usize * height as usize];
-    Rendered { width, height, linear, done, report, unfinished: None }
+    Rendered { width, height, linear, done, report, state: None }
 }
 
 fn subject(name: &str) -> Subject {

@@ -38,7 +38,7 @@ fn arguments(words: &[&str]) -> RenderArgs {
 }
 
 fn own_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
-    settings(&args.picture, &args.schedule, scene)
+    render_settings(args, scene)
 }
 
 fn scene() -> Scene {
@@ -52,7 +52,7 @@ fn rendered(done: f64) -> Rendered {
     (report.rays.primary, report.rays.shadow) = (1_000_000, 234_000);
     report.rays.by_depth = vec![DepthInfo::of(1, [1_000_000, 0, 0, 234_000])];
     report.time.render = 1.5;
-    Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, unfinished: None }
+    Rendered { width: 3, height: 2, linear: vec![[0.5; 3]; 6], done, report, state: None }
 }
 
 fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, String) {
@@ -63,13 +63,13 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let tape = Tape::default();
     let Verbosity { quiet, verbose } = args.verbosity;
     let mut console = Console::on(Box::new(tape.clone()), Verbosity { quiet, verbose });
-    let format = check(&args).unwrap();
-    let deliver = Deliver { args: &args, format, layers: &[], before: 0.0 };
-    let result =
-        deliver.deliver(rendered(done), Instant::now(), &mut console).and_then(|report| match done {
-            1.0 => Ok(()),
-            _ => Err(interrupted(&report, done, None, None)?),
-        });
+    let format = check(&args, None).unwrap();
+    let deliver = Deliver { args: &args, format, layers: &[], before: 0.0, complete: done == 1.0 };
+    let delivered = deliver.deliver(rendered(done), Instant::now(), |_| Ok(None), &mut console);
+    let result = delivered.and_then(|Delivered { report, kept }| match done {
+        1.0 => Ok(()),
+        _ => Err(interrupted(&args, &report, done, kept)),
+    });
     (result, tape.text())
 }
 
@@ -118,7 +118,7 @@ fn a_crop_outside_the_image_is_a_usage_error() {
 fn outputs_are_checked_first() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
-    let code = |words: &[&str]| check(&arguments(words)).map_err(|f| f.exit_code());
+    let code = |words: &[&str]| check(&arguments(words), None).map_err(|f| f.exit_code());
     assert_eq!(code(&["-o", &at("none/a.png")]), Err(1));
     assert_eq!(code(&["-o", &at("a.png"), "--report", &at("none/a.json")]), Err(1));
     assert_eq!(code(&["-o", &at("a.png"), "--report", &at("a.png")]), Err(2));
@@ -151,7 +151,10 @@ fn an_interrupted_render_saves_what_there_is() {
     let failure = deliver_to(folder.path(), &[], 0.375).0.unwrap_err();
     assert_eq!(failure.exit_code(), 130);
     assert!(failure.to_string().contains("37.5 % of the work is done"), "{failure}");
-    let bytes = fs::read(folder.path().join("a.png")).unwrap();
+    let names = ["a.incomplete.png", "a.incomplete.json"].map(|name| folder.path().join(name));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "nothing has the name of a complete file");
+    assert!(names.iter().all(|name| name.exists()));
+    let bytes = fs::read(&names[0]).unwrap();
     let note = b"interrupted with 37.5 % done";
     assert!(bytes.windows(note.len()).any(|w| w == note), "the image itself says it is partial");
 }

@@ -104,7 +104,7 @@ fn follow(
 ) -> Result<Chains, PageError> {
     let settings = Settings { precision, ..Settings::of(scene) };
     let mut chains: Chains = vec![[None; DEPTH]; CHAINS];
-    let mut rays = first_rays(&LocalFrame::of(scene));
+    let mut rays = first_rays(&LocalFrame::of_whole(scene));
     let mut owners: Vec<usize> = (0..CHAINS).collect();
     for depth in 0..DEPTH {
         running(stop)?;
@@ -195,7 +195,7 @@ fn rows(truth: &Chains, fast: &Chains, robust: &Chains, radius: &dyn Fn(u32) -> 
 
 pub(super) fn measure(renderer: &mut Renderer, stop: Stop<'_>) -> Result<Chaos, PageError> {
     let scene = scene();
-    let scale = 2f64.powi(LocalFrame::of(&scene).scale_log2);
+    let scale = 2f64.powi(LocalFrame::of_whole(&scene).scale_log2);
     let radius = |surface: u32| {
         let ball = surface.checked_sub(WALL_TRIANGLES / 2).and_then(|i| scene.spheres.get(i as usize));
         ball.map_or(f64::INFINITY, |s| s.radius * scale)
@@ -344,7 +344,7 @@ mod tests {
     fn the_scene_is_exact_in_single_precision_and_closed() {
         let s = scene();
         assert_eq!((s.spheres.len(), s.polygons.len()), (91, 6));
-        let frame = LocalFrame::of(&s);
+        let frame = LocalFrame::of_whole(&s);
         for ball in &s.spheres {
             let c = frame.point(ball.center);
             assert_eq!(c, c.as_vec3().as_dvec3());

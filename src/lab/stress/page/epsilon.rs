@@ -99,7 +99,7 @@ pub(super) fn measure(
         let (dark, light) = dark_and_light(&draw(&direct)?, &truth_direct);
         points.push(Point { origin, full, dark, light });
     }
-    let frame = LocalFrame::of(&scene);
+    let frame = LocalFrame::of_whole(&scene);
     let mut random = Random::new(0x0ff5e7);
     let eye = frame.point(scene.camera.look_from);
     let rays: Vec<ProbeRay> = (0..4096)

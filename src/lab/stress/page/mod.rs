@@ -34,6 +34,11 @@ pub struct Page {
     pub pictures: Vec<(&'static str, String)>,
 }
 
+/// Names of a page's pictures, in the order in which they are made.
+pub const PICTURES: [&str; 2] = [EPSILON, CHAOS];
+const EPSILON: &str = "epsilon.svg";
+const CHAOS: &str = "chaos.svg";
+
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
@@ -79,11 +84,11 @@ pub fn make(
 
     say("error against epsilon");
     let epsilon = epsilon::measure(renderer, precision, stop)?;
-    draw("epsilon.svg", &epsilon.charts())?;
+    draw(EPSILON, &epsilon.charts())?;
     let chaos = if renderer.device().has_double() {
         say("single against double precision");
         let chaos = chaos::measure(renderer, stop)?;
-        draw("chaos.svg", &chaos.charts())?;
+        draw(CHAOS, &chaos.charts())?;
         format!(
             "{}\n![Paths that differ, and the distance between them, against depth](chaos.svg)\n",
             chaos.text()

@@ -1,12 +1,14 @@
 //! Twin of `glsl/lib/optics/light.glsl`.
 
 use super::super::real::{Real, Real3, U, Vec3, float};
-use super::super::structs::{Camera, Contribution, DepthCount, Light, Material, Path, Push, Ray, Surface};
+use super::super::structs::{
+    Camera, Contribution, DepthCount, Hit, Light, Material, Path, Push, Ray, Surface,
+};
 use super::count_tests::{Query, note_tests};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
 use super::traverse::{Shapes, TraversalRay, make_traversal_ray};
-use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, RAY_SHADOW};
+use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, RAY_SHADOW, Specialisation};
 use crate::settings::sampler::pcg4d;
 
 fn before_light(light: Real3, segment: Real3) -> Real {
@@ -15,39 +17,46 @@ fn before_light(light: Real3, segment: Real3) -> Real {
     if share < 0.5 { 1.0 - share } else { 0.5 }
 }
 
-fn direct_light(
-    shapes: &Shapes<'_>,
-    light: &Light,
-    s: &Surface,
-    shift: f32,
-    shadow_rays: &mut u32,
-    query: &mut Query,
-    counters: &mut [u32],
-) -> Vec3 {
+/// The way from a surface to a light that it faces.
+pub struct ShadowRay {
+    along: Real,
+    squared: Real,
+    clamped: bool,
+    /// The ray.
+    pub ray: TraversalRay,
+    /// Its greatest t.
+    pub limit: Real,
+}
+
+/// `None` where the surface does not face the light.
+pub fn shadow_ray(spec: &Specialisation, light: &Light, s: &Surface, shift: f32) -> Option<ShadowRay> {
     let (position, offset, normal) = (Real3::from(s.position), Real3::from(s.offset), Real3::from(s.normal));
-    let fixed = shapes.spec.origin_fixed != 0;
+    let fixed = spec.origin_fixed != 0;
     let target = Real3::from(light.position);
     let to_light = target - position;
     let along = dot3(to_light, normal);
     if !(along > 0.0 && dot3(to_light, offset) > 0.0) {
-        return Vec3::ZERO;
+        return None;
     }
-    *shadow_rays += 1;
-    let mut squared = dot3(to_light, to_light);
     let least_squared = dot3(offset, offset);
-    if squared < least_squared {
-        counters[COUNTER_CLAMPED_LIGHTS as usize] += 1;
-        squared = least_squared;
-    }
+    let distance = dot3(to_light, to_light);
+    let clamped = distance < least_squared;
+    let squared = if clamped { least_squared } else { distance };
     let away = if fixed { to_light / squared.sqrt() } else { offset };
     let origin = spawn_origin(position, offset, away, fixed, shift);
     let segment = target - origin;
-    let r = make_traversal_ray(origin, segment, if fixed { NONE } else { s.primitive });
-    (query.ray, query.limit) = (r, before_light(target, segment));
-    if shapes.closest_hit(&r, query.limit, true, counters).primitive != NONE {
-        return Vec3::ZERO;
-    }
-    Vec3::from(light.intensity) * float((along / squared.sqrt()) / squared)
+    let ray = make_traversal_ray(origin, segment, if fixed { NONE } else { s.primitive });
+    Some(ShadowRay { along, squared, clamped, ray, limit: before_light(target, segment) })
+}
+
+/// Share of the surface's own colour, 0 where another solid hides the surface.
+fn own_share(s: &Surface, m: &Material) -> f32 {
+    if s.primitive != NONE && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 }
+}
+
+/// Whether light matters to a surface.
+pub fn may_be_lit(s: &Surface, m: &Material) -> bool {
+    own_share(s, m) > 0.0 && m.diffuse.iter().any(|c| *c > 0.0)
 }
 
 /// What lights shine on, and what comes of it.
@@ -70,12 +79,14 @@ pub struct Lit<'a> {
     pub depth_counts: &'a mut [DepthCount],
     /// By `COUNTER_…`.
     pub counters: &'a mut [u32],
+    /// By ray, what `walk` has found: a bit for each light of the pass that is hidden. None where `light_up` searches.
+    pub answers: Option<&'a [Hit]>,
     /// Traversals for each light of the pass, ray by ray, where tests are counted.
     pub queries: &'a mut Vec<Query>,
 }
 
 /// A traversal for a lane that faces no light.
-fn no_query(sample_index: u32) -> Query {
+pub fn no_query(sample_index: u32) -> Query {
     let ray: TraversalRay = make_traversal_ray(Real3::ZERO, Real3::ONE, NONE);
     Query { ray, limit: 0.0, any: true, sample_index, kind: RAY_SHADOW }
 }
@@ -88,28 +99,51 @@ pub fn lights_of(push: &Push) -> usize {
 impl Lit<'_> {
     /// Adds the tests of all traversals, if they are counted.
     pub fn note_tests(&mut self) {
-        if self.shapes.spec.counting != 0 {
+        if self.shapes.spec.counting != 0 && self.answers.is_none() {
             let rounds = lights_of(self.push);
             note_tests(&self.shapes, self.push, self.queries, rounds, self.paths, self.counters);
         }
+    }
+
+    /// Light number `at` of this pass on surface `s` of ray `i`, if nothing is between.
+    fn direct_light(
+        &mut self,
+        i: usize,
+        s: &Surface,
+        at: usize,
+        shadow_rays: &mut u32,
+        query: usize,
+    ) -> Vec3 {
+        let light = &self.lights[self.push.light_begin as usize + at];
+        let Some(to) = shadow_ray(self.shapes.spec, light, s, self.camera.origin_shift) else {
+            return Vec3::ZERO;
+        };
+        *shadow_rays += 1;
+        self.counters[COUNTER_CLAMPED_LIGHTS as usize] += u32::from(to.clamped);
+        let query = &mut self.queries[query];
+        (query.ray, query.limit) = (to.ray, to.limit);
+        let blocked = match self.answers {
+            Some(hits) => hits[i].primitive >> at & 1 != 0,
+            None => self.shapes.closest_hit(&to.ray, to.limit, true, self.counters).primitive != NONE,
+        };
+        if blocked {
+            return Vec3::ZERO;
+        }
+        Vec3::from(light.intensity) * float((to.along / to.squared.sqrt()) / to.squared)
     }
 
     /// Lights of this pass on surface `s` of ray `i`, of material `m`.
     pub fn light_up(&mut self, i: usize, ray: &Ray, s: &Surface, m: &Material, first: bool, last: bool) {
         let (spec, push) = (self.shapes.spec, self.push);
         let hit = s.primitive != NONE;
-        let diffuse = Vec3::from(m.diffuse);
-        let own = if hit && s.flags & PASSES == 0 { 1.0 - m.secondary } else { 0.0 };
+        let (diffuse, own) = (Vec3::from(m.diffuse), own_share(s, m));
         let (mut shadow_rays, mut seen) = (0, 0u32);
         let mut light = if first { Vec3::ZERO } else { self.contributions[i].light.into() };
         let first_query = self.queries.len();
         self.queries.resize(first_query + lights_of(push), no_query(ray.sample_index));
-        if own > 0.0 && (diffuse.x > 0.0 || diffuse.y > 0.0 || diffuse.z > 0.0) {
-            let lights = &self.lights[push.light_begin as usize..push.light_end as usize];
-            for (source, query) in lights.iter().zip(&mut self.queries[first_query..]) {
-                let shift = self.camera.origin_shift;
-                let more =
-                    direct_light(&self.shapes, source, s, shift, &mut shadow_rays, query, self.counters);
+        if may_be_lit(s, m) {
+            for at in 0..lights_of(push) {
+                let more = self.direct_light(i, s, at, &mut shadow_rays, first_query + at);
                 light += more;
                 seen = seen << 1 | u32::from(!(more.x == 0.0 && more.y == 0.0 && more.z == 0.0));
             }

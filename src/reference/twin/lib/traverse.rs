@@ -1,4 +1,5 @@
 //! Twin of the files of `glsl/lib/traverse`. Each ray traverses alone: those of `packet.glsl` find the same together.
+//! A walk has no cap and no parts: the loops of a CPU end when they are done.
 
 use super::super::real::{Real, Real3, U, is_not_finite};
 use super::super::structs::{ExtendedSphere, Hit, Node, Sphere, Triangle};
@@ -8,8 +9,7 @@ use super::sphere::{hit_extended_sphere, hit_sphere};
 use super::triangle::{Shear, hit_triangle, make_shear};
 use crate::kernel::abi::single::CompressedChild;
 use crate::kernel::abi::{
-    COUNTER_LOOP_CAP, COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE,
-    Specialisation,
+    COUNTER_NAN_RAYS, COUNTER_STACK_OVERFLOW, LEAF_BIT, LEAF_FIRST_BITS, NONE, STACK_SIZE, Specialisation,
 };
 
 /// The buffers that `traverse.glsl` needs.
@@ -148,18 +148,12 @@ impl Shapes<'_> {
 
     fn traverse_hierarchy(&self, r: &TraversalRay, any: bool, best: &mut Hit, counters: &mut [u32]) {
         let mut stack = [(0u32, 0.0 as Real); STACK_SIZE as usize + 1];
-        let (mut top, mut steps, mut current) = (0usize, 0u32, 0u32);
+        let (mut top, mut current) = (0usize, 0u32);
         loop {
-            steps += 1;
-            if steps > self.spec.loop_cap {
-                counters[COUNTER_LOOP_CAP as usize] += 1;
-                return;
-            }
             if current & LEAF_BIT != 0 {
                 let first = current & ((1 << LEAF_FIRST_BITS) - 1);
                 let count = ((current & !LEAF_BIT) >> LEAF_FIRST_BITS) + 1;
                 for i in 0..count {
-                    steps += 1;
                     let primitive = first + i;
                     if primitive < self.spec.triangle_count {
                         self.test_triangle(primitive, r, best);
@@ -197,7 +191,6 @@ impl Shapes<'_> {
             let mut found = false;
             while top > 0 && !found {
                 top -= 1;
-                steps += 1;
                 current = stack[top].0;
                 found = stack[top].1 <= best.t * SLAB_GROW;
             }

@@ -1,0 +1,29 @@
+//! How scene files are read.
+
+use super::values::{self, Size};
+use crate::scene::ReadOptions;
+use clap::Args;
+
+/// How a scene and the files that it names are read.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Reading")]
+pub struct ReadArgs {
+    /// Refuse what files leave open or get wrong, instead of saying what is assumed
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Put VALUE where the scene's text has `${NAME}`; may be repeated
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = values::variable)]
+    pub variables: Vec<(String, String)>,
+}
+
+impl ReadArgs {
+    /// As the reader takes them. A model read by itself is framed for `size`.
+    pub fn options(&self, size: Option<Size>) -> ReadOptions {
+        ReadOptions {
+            strict: self.strict,
+            variables: self.variables.clone(),
+            size: size.map(|Size { width, height }| [width, height]),
+        }
+    }
+}
