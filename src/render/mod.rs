@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod compiled;
 mod convergence;
 mod draw;
 mod error;
@@ -21,6 +22,7 @@ mod trial;
 mod upload;
 
 pub(crate) use batches::mean;
+pub(crate) use compiled::compiled;
 pub use convergence::Convergence;
 pub use error::RenderError;
 pub use film::Sums;

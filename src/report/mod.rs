@@ -2,6 +2,7 @@
 //! Times in seconds, sizes in bytes.
 
 #[doc(hidden)]
+pub mod compiled;
 pub mod explain;
 mod info;
 #[doc(hidden)]

@@ -10,6 +10,9 @@ use std::ffi::CStr;
 /// is used only where the device allows it.
 const STORAGE_BUFFERS_PER_STAGE: u32 = 16;
 
+/// Memory that absent hardware is taken to have, bytes.
+const SUPPOSED_HEAP: u64 = 8 << 30;
+
 /// What a physical device is and can, as far as it matters here.
 #[derive(Clone)]
 pub(super) struct Candidate {
@@ -91,6 +94,29 @@ impl Candidate {
             float64,
             name: text(core.device_name_as_c_str()),
         }
+    }
+
+    /// Gives hardware that is absent, and so has no memory, some to plan with.
+    pub(super) fn suppose_memory(&mut self) {
+        if self.heap == 0 {
+            self.heap = SUPPOSED_HEAP;
+        }
+    }
+
+    /// True if the driver tells what it makes of kernels.
+    pub(super) fn explains_code(&self, instance: &ash::Instance) -> bool {
+        // SAFETY: the handle came from this instance.
+        let extensions = unsafe { instance.enumerate_device_extension_properties(self.handle) };
+        let name = ash::khr::pipeline_executable_properties::NAME;
+        let has = |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(name);
+        if !extensions.is_ok_and(|all| all.iter().any(has)) {
+            return false;
+        }
+        let mut explained = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut explained);
+        // SAFETY: as above; the chain lives through the call.
+        unsafe { instance.get_physical_device_features2(self.handle, &mut features) };
+        explained.pipeline_executable_info == vk::TRUE
     }
 
     /// Why this device cannot be used, if so.

@@ -10,8 +10,10 @@ use crate::cache_folder;
 use crate::plan::Limits;
 use crate::report::DeviceInfo;
 use crate::settings::DeviceChoice;
+use ash::khr::pipeline_executable_properties;
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::ffi::c_char;
 use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -26,14 +28,38 @@ pub struct Device {
     pub(super) cache: vk::PipelineCache,
     cache_file: Option<PathBuf>,
     pub(super) chosen: Candidate,
+    /// The driver's answers about compiled kernels, where they were asked for.
+    pub(super) executables: Option<pipeline_executable_properties::Device>,
     instance: Instance,
 }
 
 impl Device {
     /// Opens the chosen device.
     pub fn new(choice: &DeviceChoice, validate: bool) -> Result<Device, VkError> {
+        Device::open(choice, validate, false)
+    }
+
+    /// Opens the chosen device to ask what its driver compiles ([`super::Pipelines::executables`]), not to run it: the
+    /// hardware may be absent.
+    pub fn inspecting(choice: &DeviceChoice) -> Result<Device, VkError> {
+        Device::open(choice, false, true)
+    }
+
+    fn open(choice: &DeviceChoice, validate: bool, inspects: bool) -> Result<Device, VkError> {
         let instance = Instance::new(validate)?;
-        let chosen = choose(&candidates(&instance)?, choice, &instance.notes)?;
+        let mut all = candidates(&instance)?;
+        if inspects {
+            all.iter_mut().for_each(Candidate::suppose_memory);
+        }
+        let chosen = choose(&all, choice, &instance.notes)?;
+        let extensions: &[*const c_char] =
+            if inspects { &[pipeline_executable_properties::NAME.as_ptr()] } else { &[] };
+        if inspects && !chosen.explains_code(&instance.raw) {
+            return Err(VkError::NoDevice(format!(
+                "the driver of `{}` ({}) does not tell what it compiles: it has no VK_KHR_pipeline_executable_properties",
+                chosen.name, chosen.driver
+            )));
+        }
         let queue_family = chosen.queue_family.ok_or_else(|| VkError::NoDevice("no compute queue".into()))?;
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
@@ -41,10 +67,16 @@ impl Device {
             .queue_priorities(&priorities)];
         let mut scalar = vk::PhysicalDeviceScalarBlockLayoutFeatures::default().scalar_block_layout(true);
         let features = vk::PhysicalDeviceFeatures::default().shader_float64(chosen.float64);
-        let info = vk::DeviceCreateInfo::default()
+        let mut explained = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        let mut info = vk::DeviceCreateInfo::default()
+            .enabled_extension_names(extensions)
             .queue_create_infos(&queues)
             .enabled_features(&features)
             .push_next(&mut scalar);
+        if inspects {
+            info = info.push_next(&mut explained);
+        }
         // SAFETY: the physical device came from this instance; `info` lives through the call.
         let raw = unsafe { instance.raw.create_device(chosen.handle, &info, None) }
             .map_err(call("vkCreateDevice", chosen.name.as_str()))?;
@@ -67,9 +99,11 @@ impl Device {
                 return Err(VkError::Memory { name: "allocator".into(), bytes: 0, source });
             }
         };
-        let cache_file = cache_file(&chosen, "pipelines");
+        // Code from a cache may come without what is to be told of it.
+        let cache_file = if inspects { None } else { cache_file(&chosen, "pipelines") };
         let key = cache_key(&chosen);
         let stored = cache_file.as_ref().and_then(|f| cache_folder::read(f, &key)).unwrap_or_default();
+        let executables = inspects.then(|| pipeline_executable_properties::Device::new(&instance.raw, &raw));
         let mut device = Device {
             allocator,
             raw,
@@ -78,6 +112,7 @@ impl Device {
             cache: vk::PipelineCache::null(),
             cache_file,
             chosen,
+            executables,
             instance,
         };
         // SAFETY: the data is as this driver gave it, which its seal and its key confirm.

@@ -54,8 +54,13 @@ impl Pipelines {
             (false, true) => Form::Packet,
             (false, false) => Form::Single,
         };
-        let maker =
-            Maker { raw: device.raw.clone(), cache: device.cache, values: set.values(specialisation), form };
+        let maker = Maker {
+            raw: device.raw.clone(),
+            cache: device.cache,
+            values: set.values(specialisation),
+            form,
+            asked: device.executables.is_some(),
+        };
         // Drivers take long over a kernel, and each is on its own.
         let mut kernels: Vec<Kernel> = kernels.collect();
         kernels.sort_by_key(|k| std::cmp::Reverse(k.code().single.0.len()));
@@ -99,6 +104,10 @@ impl Pipelines {
         &self.set
     }
 
+    pub(super) fn device(&self) -> &Device {
+        &self.device
+    }
+
     /// Whether they compute in double precision.
     pub fn double(&self) -> bool {
         self.double
@@ -135,6 +144,8 @@ struct Maker {
     cache: vk::PipelineCache,
     values: Vec<(u32, u32)>,
     form: Form,
+    /// The driver will be asked what it made.
+    asked: bool,
 }
 
 impl Maker {
@@ -204,7 +215,12 @@ impl Maker {
             .module(module)
             .name(c"main")
             .specialization_info(&specialisation);
-        let infos = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(made.layout)];
+        let mut flags = vk::PipelineCreateFlags::empty();
+        if self.asked {
+            flags |= vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR
+                | vk::PipelineCreateFlags::CAPTURE_INTERNAL_REPRESENTATIONS_KHR;
+        }
+        let infos = [vk::ComputePipelineCreateInfo::default().flags(flags).stage(stage).layout(made.layout)];
         // SAFETY: all handles are this device's; the chain lives through the call.
         let built = unsafe { self.raw.create_compute_pipelines(self.cache, &infos, None) };
         // SAFETY: a pipeline does not need its module once built.

@@ -12,6 +12,7 @@ mod device;
 mod driver_files;
 pub mod environment;
 mod error;
+mod executable;
 mod instance;
 mod kernel;
 mod list;

@@ -9,6 +9,7 @@ mod import;
 mod info;
 mod manual;
 mod merge;
+mod kernels;
 mod plan;
 mod profile;
 mod read;
@@ -25,6 +26,7 @@ pub use frames::{FrameArgs, Frames};
 pub use gallery::GalleryArgs;
 pub use import::ImportArgs;
 pub use info::InfoArgs;
+pub use kernels::KernelsArgs;
 pub use manual::{CompletionsArgs, ManArgs};
 pub use merge::MergeArgs;
 pub use plan::PlanArgs;
@@ -98,6 +100,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Show what a render needs and how long it will take, without rendering
     Plan(PlanArgs),
+    /// Show what the driver makes of a scene's kernels: registers, spills, code size, code
+    Kernels(KernelsArgs),
     /// Time the passes of a render, depth by depth
     Profile(ProfileArgs),
     /// Render a scene at several sample counts and depths, with a contact sheet

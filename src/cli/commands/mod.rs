@@ -9,6 +9,7 @@ pub mod gallery;
 pub mod generate;
 pub mod import;
 pub mod info;
+pub mod kernels;
 mod manual;
 pub mod merge;
 mod reference;
@@ -38,6 +39,7 @@ pub fn run(cli: &Cli, started: Instant) -> Result<(), Failure> {
         Command::Info(args) => {
             info::run(args, &mut Console::new(Verbosity { quiet: args.quiet, verbose: false }))
         }
+        Command::Kernels(args) => kernels::run(args, &mut Console::new(args.verbosity)),
         Command::Plan(args) => plan::run(args, &mut Console::new(args.verbosity)),
         Command::Profile(args) => profile::run(args, started, &mut Console::new(args.verbosity)),
         Command::Generate(shape) => generate::run(shape),
