@@ -23,7 +23,8 @@ fn radv() -> PathBuf {
     let files = folders.iter().filter_map(|f| std::fs::read_dir(f).ok()).flatten().flatten();
     let found = files.map(|f| f.path()).find(|f| {
         let name = f.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name.starts_with("radeon_icd") && name.contains(std::env::consts::ARCH)
+        // Debian 13 has one file for all processors.
+        name == "radeon_icd.json" || name == format!("radeon_icd.{}.json", std::env::consts::ARCH)
     });
     found.expect("Mesa's RADV (Debian and Ubuntu: `apt-get install mesa-vulkan-drivers`)")
 }
