@@ -85,6 +85,8 @@ pub(crate) struct Batches {
     pub(super) batch_samples: u32,
     /// Passes of greater depths are not dispatched, until a ray gets there.
     reach: u32,
+    /// The greatest depth that a ray got to.
+    deepest: u32,
     /// Device seconds per sample so far, to size the next submit.
     rate: f64,
     /// Fill what the kernels write with NaN before each submit.
@@ -128,6 +130,7 @@ impl Batches {
             lights: plan.specialisation.light_count,
             batch_samples: plan.batch_samples,
             reach: FIRST_REACH,
+            deepest: 1,
             rate: 0.0,
             poisoned: false,
             trace: None,
@@ -269,6 +272,9 @@ impl Batches {
                 return Ok(End::Overflow);
             } else {
                 self.add_counts(&mut tally);
+                if last_depth > FIRST_REACH {
+                    self.look_ahead(&tally);
+                }
                 tally.batches += batches;
                 self.add_traced(&mut tally, u64::from(first - begin) * pixels, &timed);
             }
@@ -287,6 +293,13 @@ impl Batches {
         // Depth d stands at d - 1.
         let beyond = depths.chunks_exact(size_of::<DepthCount>()).nth(self.reach as usize);
         beyond.is_some_and(|d| bytemuck::pod_read_unaligned::<DepthCount>(d).traced != 0)
+    }
+
+    /// Dispatches half as many depths again as rays have got to, and at least two more.
+    fn look_ahead(&mut self, tally: &Tally) {
+        let deepest = tally.depths.iter().rposition(|d| d[0] != 0).map_or(1, |at| at as u32 + 1);
+        self.deepest = self.deepest.max(deepest);
+        self.reach = self.deepest + (self.deepest / 2).max(2);
     }
 
     /// Puts the sums of pixels and their marks in place; what is not given is nothing.
