@@ -34,8 +34,7 @@
 // is open to this repository's tests, benches and command line, and changes without notice.
 #[doc(hidden)]
 pub mod atomic_file;
-mod cache_folder;
-mod host_memory;
+mod host;
 #[doc(hidden)]
 pub mod stats;
 #[doc(hidden)]

@@ -85,7 +85,7 @@ pub(crate) fn fits_host(args: &RenderArgs, settings: &Settings, format: Format) 
     let more = 8 * 2 * a.aov.len() as u64
         + if args.page.is_some() { 12 } else { 0 }
         + if a.reference.is_some() { 12 + 16 } else { 0 };
-    let free = crate::host_memory::free();
+    let free = crate::host::memory::free();
     Ok(host_memory::check(settings.region(), work, file + more, free).map_err(RenderError::from)?)
 }
 

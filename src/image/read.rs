@@ -1,7 +1,7 @@
 //! Pictures read back: PNG, OpenEXR, Radiance HDR, PPM and PFM to linear `f32` RGB.
 
 use super::{Window, exr, linear8, linear16, pfm, ppm};
-use crate::host_memory;
+use crate::host::memory;
 use crate::units;
 use ::exr::meta::MetaData;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -146,7 +146,7 @@ fn read(path: &Path) -> Result<Picture, ReadError> {
     if about.is_dir() {
         return Err(open(std::io::ErrorKind::IsADirectory.into()));
     }
-    let room = Room { path, file: about.is_file().then_some(about.len()), free: host_memory::free() };
+    let room = Room { path, file: about.is_file().then_some(about.len()), free: memory::free() };
     let mut start = Vec::new();
     if room.file.is_some() {
         file.by_ref().take(START).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(open)?;

@@ -2,7 +2,8 @@
 
 use super::RenderError;
 use super::precision::Chosen;
-use crate::kernel::table::KernelSet;
+use crate::kernel::table::{Kernel, KernelSet};
+use crate::plan::explain::form;
 use crate::plan::{Plan, PlannedScene, Purpose};
 use crate::prepare::Recipe;
 use crate::report::compiled::{CompiledKernel, CompiledKernels};
@@ -29,19 +30,17 @@ pub(crate) fn compiled(
     // Absent hardware computes nothing that could be tested.
     let chosen = Chosen { single: &[], sound_double: device.has_double() };
     let (settings, _) = chosen.precision(settings, near.map(|near| (near, recipe.shape)));
-    let double = settings.precision == Precision::Double;
-    if double && !device.has_double() {
+    if settings.precision == Precision::Double && !device.has_double() {
         return Err(RenderError::NoDouble { device: device.info().name });
     }
     let limits = device.limits();
     let planned = PlannedScene::with(recipe, scene, &settings, &limits, Purpose::Image, None);
     let plan = planned.plan()?;
-    let mut kernels = of_plan(&device, plan, double, code)?;
-    for kernel in of_plan(&device, &plan.in_parts(), double, code)? {
-        if !kernels.iter().any(|k| k.kernel == kernel.kernel) {
-            kernels.push(CompiledKernel { in_parts: true, ..kernel });
-        }
-    }
+    let (always, in_parts) = (plan.kernels(), plan.in_parts());
+    let more: Vec<Kernel> = in_parts.kernels().into_iter().filter(|k| !always.contains(k)).collect();
+    let mut kernels = of_plan(&device, plan, &always, &settings, code)?;
+    let more = of_plan(&device, &in_parts, &more, &settings, code)?;
+    kernels.extend(more.into_iter().map(|k| CompiledKernel { in_parts: true, ..k }));
     Ok(CompiledKernels {
         device: device.info(),
         scene: scene.file.display().to_string(),
@@ -54,24 +53,20 @@ pub(crate) fn compiled(
 fn of_plan(
     device: &Rc<Device>,
     plan: &Plan,
-    double: bool,
+    kernels: &[Kernel],
+    settings: &Settings,
     code: bool,
 ) -> Result<Vec<CompiledKernel>, RenderError> {
-    let kernels = plan.kernels();
+    let double = settings.precision == Precision::Double;
     let spec = &plan.specialisation;
     let built = Pipelines::new(device, KernelSet::SHIPPED, kernels.iter().copied(), spec, double)?;
-    let form = match (double, spec.lanes != 0) {
-        (true, _) => "f64",
-        (false, true) => "packet",
-        (false, false) => "f32",
-    };
-    let one = |kernel: crate::kernel::table::Kernel| {
+    let one = |kernel: &Kernel| {
         Ok(CompiledKernel {
             kernel: kernel.name().into(),
-            form: form.into(),
+            form: form(kernel.code(), plan, settings).into(),
             in_parts: false,
-            executables: built.executables(kernel, code)?,
+            executables: built.executables(*kernel, code)?,
         })
     };
-    kernels.into_iter().map(one).collect()
+    kernels.iter().map(one).collect()
 }

@@ -335,7 +335,7 @@ impl Renderer {
         let (settings, warnings) = self.trusted(settings, &recipe);
         self.check_precision(&settings)?;
         if purpose == Purpose::Survey {
-            host_memory::check(settings.region(), HostWork::Image, 0, crate::host_memory::free())?;
+            host_memory::check(settings.region(), HostWork::Image, 0, crate::host::memory::free())?;
         }
         let limits = self.device.limits();
         let planned = PlannedScene::with(recipe, scene, &settings, &limits, purpose, self.brute_force);
@@ -351,7 +351,7 @@ impl Renderer {
     /// Compiles kernels and fills buffers for what [`Renderer::build`] planned.
     pub(crate) fn prepare_built(&mut self, scene: &Scene, built: Built) -> Result<Prepared, RenderError> {
         let region = built.planned.settings.region();
-        host_memory::check(region, HostWork::Image, 0, crate::host_memory::free())?;
+        host_memory::check(region, HostWork::Image, 0, crate::host::memory::free())?;
         Prepared::new(self, scene, built)
     }
 

@@ -1,7 +1,7 @@
 //! What a device's arithmetic is worth, asked of the device (numerics.md, Self-test): Vulkan promises
 //! less than the kernels need, and vendors' names promise nothing.
 
-use crate::cache_folder;
+use crate::host::cache_folder;
 use crate::kernel::abi::{self, BUFFERS, Buf, Push, Specialisation};
 use crate::kernel::table::KernelSet;
 use crate::plan::element_bytes;

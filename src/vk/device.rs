@@ -6,7 +6,7 @@ use super::debug::Messenger;
 use super::error::{VkError, call};
 use super::instance::Instance;
 use super::watch::is_abandoned;
-use crate::cache_folder;
+use crate::host::cache_folder;
 use crate::plan::Limits;
 use crate::report::DeviceInfo;
 use crate::settings::DeviceChoice;

@@ -1,7 +1,7 @@
 //! Variables that drivers read from the environment, set before one is loaded.
 
 use super::driver_files;
-use crate::cache_folder;
+use crate::host::cache_folder;
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ use super::debug::Messenger;
 use super::environment;
 use super::error::{VkError, call};
 use super::watch::is_abandoned;
-use crate::host_memory;
+use crate::host::memory;
 use ash::vk;
 use std::ffi::{CStr, c_char};
 
@@ -32,7 +32,7 @@ impl Instance {
     pub(super) fn new(validate: bool) -> Result<Instance, VkError> {
         environment::prepare();
         let notes = environment::notes().to_vec();
-        if let Some(left) = host_memory::address_space().filter(|left| *left < LEAST_ADDRESS_SPACE) {
+        if let Some(left) = memory::address_space().filter(|left| *left < LEAST_ADDRESS_SPACE) {
             return Err(VkError::NoDevice(format!(
                 "no driver can be loaded: the limits of this process leave {} MiB of address space and data, a driver takes 1 GiB (`ulimit -v`, `ulimit -d`)",
                 left >> 20

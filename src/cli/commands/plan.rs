@@ -94,7 +94,7 @@ pub fn run(args: &PlanArgs, console: &mut Console) -> Result<(), Failure> {
 
 /// Checks that the host can hold the image, written in the smallest format.
 fn fits(settings: &Settings) -> Result<(), Failure> {
-    let (region, free) = (settings.region(), crate::host_memory::free());
+    let (region, free) = (settings.region(), crate::host::memory::free());
     Ok(host_memory::check(region, HostWork::Image, 0, free).map_err(RenderError::from)?)
 }
 

@@ -2,10 +2,12 @@
 
 mod variant;
 
+pub(crate) use variant::form;
+
 use super::host_memory::{HostWork, LARGEST_FILE, needed};
 use super::tiles::tiles;
 use super::{HEAP_EIGHTHS, Limits, Plan, element_bytes};
-use crate::host_memory;
+use crate::host::memory;
 use crate::kernel::abi::{self, Buf};
 use crate::prepare::Packed;
 use crate::report::explain::{
@@ -52,7 +54,7 @@ pub fn explain(
         host: HostInfo {
             image: needed(settings.region(), HostWork::Image, LARGEST_FILE),
             bounded: needed(settings.region(), HostWork::Bounded, LARGEST_FILE),
-            free: host_memory::free(),
+            free: memory::free(),
         },
         time: None,
         refused: None,

@@ -22,7 +22,8 @@ pub(super) fn kernels(plan: &Plan, settings: &Settings) -> Vec<KernelRow> {
         .collect()
 }
 
-fn form(code: &KernelCode, plan: &Plan, settings: &Settings) -> &'static str {
+/// Which of its compiled forms a kernel of `plan` runs in.
+pub(crate) fn form(code: &KernelCode, plan: &Plan, settings: &Settings) -> &'static str {
     // Kernels that test no shapes have no such form, those that count by subgroups no other.
     let has_packet = code.packet.0 != code.single.0 || code.double.0 == code.single.0;
     match (settings.precision, has_packet, plan.specialisation.lanes) {

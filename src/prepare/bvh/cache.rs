@@ -58,7 +58,11 @@ fn worth(quality: Hierarchy) -> usize {
 impl Cache {
     /// That of the user, beside the compiled kernels; none without a cache folder.
     pub fn of_user() -> Option<Cache> {
-        Some(Cache { folder: crate::cache_folder::path()?.join("hierarchies"), limit: LIMIT, least: worth })
+        Some(Cache {
+            folder: crate::host::cache_folder::path()?.join("hierarchies"),
+            limit: LIMIT,
+            least: worth,
+        })
     }
 
     /// One in `folder` that holds `limit` bytes and hierarchies of any size.
