@@ -173,15 +173,14 @@ impl Pieces {
     fn of_polygon(&mut self, polygon: &Polygon) -> Option<Vec<Polygon>> {
         let corner = |i: usize| Corner { at: polygon.vertices[i], normal: DVec3::ZERO };
         let mut pieces = Vec::new();
-        let fan = 1..polygon.vertices.len() - 1;
-        let triangles = fan.len();
-        for i in fan {
-            pieces.extend(self.of([0, i, i + 1].map(corner))?);
+        for k in 0..polygon.triangle_count() {
+            pieces.extend(self.of(polygon.triangle(k).map(corner))?);
         }
-        if pieces.len() == triangles {
+        if pieces.len() == polygon.triangle_count() {
             return Some(vec![polygon.clone()]);
         }
-        let piece = |c: Corners| Polygon { vertices: c.map(|c| c.at).to_vec(), ..polygon.clone() };
+        let piece =
+            |c: Corners| Polygon::fan(c.map(|c| c.at).to_vec(), polygon.normal, polygon.material);
         Some(pieces.into_iter().map(piece).collect())
     }
 

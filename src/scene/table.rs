@@ -215,8 +215,13 @@ pub(super) fn within_f32(x: f64) -> bool {
     (0.0..=f64::from(f32::MAX)).contains(&x)
 }
 
-/// `v` as a unit vector, whatever its scale; `None` if it is zero.
+/// `v` as a unit vector, whatever its scale; `None` if it is zero. A unit vector, up to rounding, stays as it is: what is
+/// written to a file and read again keeps its bits.
 pub(super) fn unit(v: DVec3) -> Option<DVec3> {
+    // Three squares, each within 2u after normalize(), and their sum: 4 epsilon cover all.
+    if (v.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
+        return Some(v);
+    }
     // Scaled first, so that no square over- or underflows.
     let largest = v.abs().max_element();
     (largest > 0.0).then(|| (v / largest).normalize())

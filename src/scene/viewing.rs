@@ -147,8 +147,9 @@ fn usable_camera(model: &Model, path: &Path, reading: &mut Reading) -> Option<Ca
     let camera = *camera?;
     let note = "further cameras of the file are left out: the first is the view";
     reading.notes.add_count(note, model.cameras.len() - 1, path, 0);
-    // As a scene's text states it: degrees, which come back from radians only nearly.
-    Some(Camera { fov: camera.fov.to_degrees().to_radians(), ..camera })
+    // As a scene's text states it: degrees, which come back from radians only nearly, and a unit vector.
+    let up = unit(camera.up)?;
+    Some(Camera { fov: camera.fov.to_degrees().to_radians(), up, ..camera })
 }
 
 fn sized(camera: Camera, size: Option<[u32; 2]>) -> Camera {

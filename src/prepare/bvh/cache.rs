@@ -182,7 +182,8 @@ fn encode(bvh: &Bvh, key: &Key) -> Vec<u8> {
     bytes
 }
 
-fn decode(bytes: &[u8], key: &Key, items: usize) -> Option<Bvh> {
+/// The hierarchy of `items` primitives in a file's `bytes`; `None` if they are damaged, or of another key.
+pub fn decode(bytes: &[u8], key: &[u8; CHECKSUM], items: usize) -> Option<Bvh> {
     let (content, sum) = bytes.split_at_checked(bytes.len().checked_sub(CHECKSUM)?)?;
     if content.len() < HEADER || !content.starts_with(MAGIC) || content[12..NUMBERS] != key[..] {
         return None;

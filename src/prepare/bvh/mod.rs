@@ -11,7 +11,7 @@ mod split;
 mod validate;
 mod wide;
 
-pub use cache::Cache;
+pub use cache::{Cache, decode};
 pub use pairs::Prim;
 
 use crate::kernel::abi::double::Node;

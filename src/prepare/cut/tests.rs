@@ -99,3 +99,23 @@ fn a_shape_that_touches_the_eye_is_cut_to_an_end() {
     let cut = cut(&grounds(1e5), place).unwrap();
     assert!(triangles(&cut).len() < 20_000, "{}", triangles(&cut).len());
 }
+
+/// A polygon that is no fan from its first corner is cut along its own triangles.
+#[test]
+fn a_concave_ground_keeps_its_outline() {
+    let r = 1e6;
+    // An L whose first corner sees only a part of it.
+    let corners = [[0.0, -r], [0.0, 0.0], [-r, 0.0], [-r, r], [r, r], [r, -r]].map(|[x, z]| [x, 0.0, z]);
+    let mut s = empty(vec![matte([1.0; 3], 0.0)]);
+    s.polygons = vec![polygon(&corners, 0)];
+    s.polygons[0].cut = vec![[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4]];
+    assert!((s.polygons[0].triangles().map(|t| area(&t)).sum::<f64>() / (3.0 * r * r) - 1.0).abs() < 1e-12);
+    let pieces = triangles(&cut(&s, PLACE).unwrap());
+    assert!(pieces.len() > 20);
+    let total: f64 = pieces.iter().map(area).sum();
+    assert!((total / (3.0 * r * r) - 1.0).abs() < 1e-12, "{total}");
+    for p in pieces {
+        let middle = (p[0] + p[1] + p[2]) / 3.0;
+        assert!(middle.x > 0.0 || middle.z > 0.0, "{middle} is outside");
+    }
+}

@@ -66,7 +66,8 @@ pub(super) fn add_normals(
         for (corner, (group, own, _)) in corners.iter().zip(&facts) {
             let near = facts.iter().filter(|(g, plane, _)| g == group && plane.dot(*own) > crease);
             let sum = sums.get(group).copied().unwrap_or_else(|| near.map(|(.., part)| *part).sum());
-            let normal = unit(sum).unwrap_or(*own);
+            // A triangle without area, which keeps no normals in the end, may have none here either.
+            let normal = unit(sum).or_else(|| unit(*own)).unwrap_or(DVec3::Z);
             let known = found.normals[first..].iter().position(|n| *n == normal);
             let index = first + known.unwrap_or(found.normals.len() - first);
             if known.is_none() {
