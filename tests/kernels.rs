@@ -17,8 +17,8 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 use whitted::kernel::abi::{
     BUFFERS, COUNTER_CLAMPED_LIGHTS, COUNTER_NAN_RAYS, COUNTER_QUEUE_OVERFLOW, COUNTER_UNFINISHED, COUNTERS,
-    Contribution, FRESNEL_CONSTANT, Film, NONE, Push, RAY_KINDS, RAY_PRIMARY, RAY_REFLECTION, RAY_REFRACTION,
-    RAY_SHADOW, Ray, Specialisation, TEST_WORDS,
+    Contribution, FRESNEL_CONSTANT, Film, LAYER_NORMAL, LAYER_PLACE, NONE, Push, RAY_KINDS, RAY_PRIMARY,
+    RAY_REFLECTION, RAY_REFRACTION, RAY_SHADOW, Ray, Specialisation, TEST_WORDS,
 };
 use whitted::kernel::defects::Defect;
 use whitted::kernel::table::{Kernel, KernelSet};
@@ -380,6 +380,23 @@ fn light() {
         }
     });
     assert!(clamped > 0, "no light touches a surface");
+}
+
+/// Sums of surfaces in place of light.
+#[test]
+fn surfaces() {
+    for layer in [LAYER_PLACE, LAYER_NORMAL] {
+        each_state_of(
+            0..1,
+            |spec| spec.surface_layer = layer,
+            |bench, state, _, what| {
+                let mut memory = state.hit();
+                memory.run(Kernel::Shade, &state.spec, &state.push());
+                let push = state.lights(0, state.spec.light_count.min(1));
+                check(bench, state, &memory, Kernel::Light, &push, what);
+            },
+        );
+    }
 }
 
 /// What `fused_depth` finds before it at depths 1 and 2: rays behind places of any order.

@@ -6,8 +6,9 @@ use super::console::Console;
 use super::failure::Failure;
 use super::files::Files;
 use super::state::{KeptState, StateFile, remove};
+use super::surfaces::{self, FirstSurfaces};
 use crate::accuracy::promise::{self, Layer};
-use crate::image::{Bits, Format, Metadata, View, heat};
+use crate::image::{Bits, Format, Metadata, More, View, heat};
 use crate::lab::render_page::{self, RenderPage};
 use crate::plan::host_memory::{self, HostWork, LARGEST_FILE};
 use crate::render::{RenderError, Rendered, State};
@@ -83,6 +84,7 @@ pub(crate) fn fits_host(args: &RenderArgs, settings: &Settings, format: Format) 
     // A layer is an f64, and a channel of an EXR or a coloured picture; a page holds a PNG as text; a reference is read
     // as four channels and kept as three.
     let more = 8 * 2 * a.aov.len() as u64
+        + 12 * 2 * (args.layers.len() as u64 + u64::from(args.alpha))
         + if args.page.is_some() { 12 } else { 0 }
         + if a.reference.is_some() { 12 + 16 } else { 0 };
     let free = crate::host::memory::free();
@@ -100,6 +102,8 @@ pub(crate) struct Deliver<'a> {
     pub(crate) format: Format,
     /// Layers, for the page, for formats that can hold them, and as pictures beside others.
     pub(crate) layers: &'a [(Layer, Vec<f64>)],
+    /// Alpha and layers of the first surfaces.
+    pub(crate) surfaces: &'a FirstSurfaces,
     /// Wall time of the earlier parts of a resumed render, seconds.
     pub(crate) before: f64,
     /// False for an interrupted render: all files then go beside those of a complete one, so that a file under its own
@@ -205,20 +209,22 @@ impl Deliver<'_> {
         let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
         let (report, layers, done) = (&rendered.report, self.layers, rendered.done);
         let command = command_line();
-        write_page(path, &RenderPage { view, done, report, layers, profile: None, command })
+        let surfaces = &self.surfaces.pictures(rendered)?;
+        write_page(path, &RenderPage { view, done, report, layers, surfaces, profile: None, command })
     }
 
     fn write_image(&self, rendered: &Rendered) -> Result<(), Failure> {
         let view = View { width: rendered.width, height: rendered.height, linear: &rendered.linear };
         let metadata = Metadata::of(&rendered.report, rendered.done);
         let metadata = if self.args.record_time { metadata.with_times(&rendered.report) } else { metadata };
-        let channels: Vec<(&str, Vec<f32>)> = match self.format {
-            Format::Exr => {
-                self.layers.iter().map(|(l, v)| (l.name(), v.iter().map(|x| *x as f32).collect())).collect()
-            }
+        let channels = match self.format {
+            Format::Exr => surfaces::channels(self.layers, &self.surfaces.found),
             _ => Vec::new(),
         };
-        let encode = |out: &mut dyn Write| self.format.encode_with(view, &channels, &metadata, out);
+        let more = More { alpha: self.surfaces.found.alpha.as_deref(), channels };
+        let covered = self.surfaces.without_background(&rendered.linear);
+        let view = View { linear: covered.as_deref().unwrap_or(&rendered.linear), ..view };
+        let encode = |out: &mut dyn Write| self.format.encode_with(view, &more, &metadata, out);
         Ok(match &self.args.output {
             Output::Stdout => {
                 let mut out = BufWriter::new(io::stdout().lock());
@@ -246,11 +252,17 @@ impl Deliver<'_> {
         let path = self.place(path);
         let mut names = Vec::new();
         for (layer, values) in self.layers {
-            let name = layer_file(&path, *layer);
+            let name = layer_file(&path, layer.name());
             let what = format!("{}: {}", layer.name(), layer.unit());
             let painted = heat::paint(values, rendered.width, heat::Range::Auto, &what);
             let metadata = Metadata::of(&rendered.report, rendered.done);
             atomic_file::write(&name, |out| painted.write(&metadata, out))
+                .with_context(|| format!("cannot write {}", name.display()))?;
+            names.push(name);
+        }
+        for (layer, picture) in self.surfaces.pictures(rendered)? {
+            let name = layer_file(&path, layer.name());
+            atomic_file::write(&name, |out| out.write_all(&picture.png))
                 .with_context(|| format!("cannot write {}", name.display()))?;
             names.push(name);
         }
@@ -259,15 +271,17 @@ impl Deliver<'_> {
 }
 
 /// The picture of a layer beside `image`.
-fn layer_file(image: &Path, layer: Layer) -> PathBuf {
-    image.with_extension(format!("{}.png", layer.name()))
+fn layer_file(image: &Path, layer: &str) -> PathBuf {
+    image.with_extension(format!("{layer}.png"))
 }
 
 /// The pictures of layers beside `image`; none if it can hold them.
 fn layer_files(args: &RenderArgs, image: &Path) -> Vec<PathBuf> {
     match &args.output {
         Output::File(_, format) if *format != Format::Exr => {
-            args.accuracy.aov.iter().map(|layer| layer_file(image, *layer)).collect()
+            let names = args.accuracy.aov.iter().map(|layer| layer.name());
+            let surfaces = args.layers.iter().map(|layer| layer.name());
+            names.chain(surfaces).map(|layer| layer_file(image, layer)).collect()
         }
         _ => Vec::new(),
     }

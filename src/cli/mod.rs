@@ -9,4 +9,5 @@ mod files;
 pub(crate) mod progress;
 mod read;
 mod state;
+mod surfaces;
 pub mod threads;

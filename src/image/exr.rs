@@ -1,7 +1,7 @@
 //! OpenEXR: linear `f32`, every bit kept.
 
 use super::metadata::Window;
-use super::{Metadata, View};
+use super::{Metadata, More, View};
 use ::exr::error::Error;
 use ::exr::meta::MetaData;
 use ::exr::prelude::{
@@ -23,18 +23,21 @@ pub(super) fn window(from: impl Read) -> Option<Window> {
     (window.size != window.full && window.is_inside()).then_some(window)
 }
 
-/// Red, green, blue, and `NAME.Y` for each further channel: a layer in the sense of the format.
+/// Red, green, blue, multiplied by alpha as the format says, then alpha and the further channels.
 pub(super) fn encode(
     view: View<'_>,
-    channels: &[(&str, Vec<f32>)],
+    more: &More<'_>,
     metadata: &Metadata,
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let of = |c: usize| FlatSamples::F32(view.linear.iter().map(|pixel| pixel[c]).collect());
     let mut list: Vec<AnyChannel<FlatSamples>> =
         ["R", "G", "B"].iter().enumerate().map(|(c, name)| AnyChannel::new(*name, of(c))).collect();
-    for (name, values) in channels {
-        list.push(AnyChannel::new(format!("{name}.Y").as_str(), FlatSamples::F32(values.clone())));
+    if let Some(alpha) = more.alpha {
+        list.push(AnyChannel::new("A", FlatSamples::F32(alpha.to_vec())));
+    }
+    for (name, values) in &more.channels {
+        list.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone())));
     }
     let attributes = LayerAttributes {
         // One standard attribute: the crate's table of own attributes is written in random order.

@@ -37,6 +37,15 @@ pub struct View<'a> {
     pub linear: &'a [[f32; 3]],
 }
 
+/// What some formats hold besides colour, rows from the top.
+#[derive(Debug, Clone, Default)]
+pub struct More<'a> {
+    /// Share of a pixel that is covered, in [0, 1]; the colours of the view are then multiplied by it.
+    pub alpha: Option<&'a [f32]>,
+    /// Channels of one number a pixel, by their names in an OpenEXR file.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
 /// A file format, with what only it needs to know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -87,18 +96,22 @@ impl Format {
         }
     }
 
-    /// Encodes `view` with more channels, each of one number a pixel; formats that have no room for them
-    /// leave them out.
+    /// True if the format holds alpha.
+    pub fn holds_alpha(self) -> bool {
+        matches!(self, Format::Png(_) | Format::Exr)
+    }
+
+    /// Encodes `view` with `more`; formats that have no room for it leave it out.
     pub fn encode_with(
         self,
         view: View<'_>,
-        channels: &[(&str, Vec<f32>)],
+        more: &More<'_>,
         metadata: &Metadata,
         out: &mut dyn Write,
     ) -> io::Result<()> {
         match self {
-            Format::Png(bits) => png::encode(view, bits, metadata, out),
-            Format::Exr => exr::encode(view, channels, metadata, out),
+            Format::Png(bits) => png::encode(view, more.alpha, bits, metadata, out),
+            Format::Exr => exr::encode(view, more, metadata, out),
             Format::Hdr => hdr::encode(view, metadata, out),
             Format::Ppm(bits) => ppm::encode(view, bits, metadata, out),
             Format::Pfm => pfm::encode(view, out),
@@ -133,7 +146,7 @@ impl Format {
 
     /// Encodes `view` into `out`.
     pub fn encode(self, view: View<'_>, metadata: &Metadata, out: &mut dyn Write) -> io::Result<()> {
-        self.encode_with(view, &[], metadata, out)
+        self.encode_with(view, &More::default(), metadata, out)
     }
 }
 

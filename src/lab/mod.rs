@@ -11,4 +11,5 @@ pub mod receipt;
 pub mod render_page;
 pub mod stress;
 pub mod suite;
+pub mod surface_pictures;
 pub mod sweep;

@@ -7,8 +7,10 @@ use super::page::views::{image, switch};
 use super::page::{document, pictures};
 use super::plot::{self, Axis, Chart, Legend, Look, Scale, Series};
 use super::profile::Spread;
+use super::surface_pictures::SurfacePicture;
 use crate::accuracy::promise::Layer;
 use crate::image::{Metadata, View, heat};
+use crate::render::SurfaceLayer;
 use crate::report::{ReferencePoint, Report, text};
 use crate::stats::Quartiles;
 use crate::units::{figure, grouped, number, seconds, short};
@@ -24,6 +26,8 @@ pub struct RenderPage<'a> {
     pub report: &'a Report,
     /// Layers with one number a pixel, rows from the top; NaN if unknown.
     pub layers: &'a [(Layer, Vec<f64>)],
+    /// Surface layers, as pictures.
+    pub surfaces: &'a [(SurfaceLayer, SurfacePicture)],
     /// Medians and quartiles over several runs, of `profile`.
     pub profile: Option<&'a Spread>,
     /// The command line.
@@ -65,7 +69,7 @@ fn looks(page: &RenderPage<'_>) -> io::Result<String> {
     let View { width, height, linear } = page.view;
     let size = [width, height];
     let picture = image(&pictures::picture(linear, size, width.max(1))?, size, "picture");
-    if page.layers.is_empty() {
+    if page.layers.is_empty() && page.surfaces.is_empty() {
         return Ok(format!("<h2 id=\"picture\">Picture</h2>\n<div class=\"picture\">{picture}</div>\n"));
     }
     let mut tabs = vec![("picture", picture)];
@@ -76,9 +80,13 @@ fn looks(page: &RenderPage<'_>) -> io::Result<String> {
         painted.write(&Metadata::default(), &mut png)?;
         tabs.push((layer.name(), image(&png, painted.size(), &what)));
     }
+    for (layer, picture) in page.surfaces {
+        let described = image(&picture.png, picture.size, picture.what);
+        tabs.push((layer.name(), format!("{described}\n<p>{}</p>", escaped(picture.what))));
+    }
     Ok(format!(
-        "<h2 id=\"picture\">Picture and layers</h2>\n<p>Click a name, or use the arrow keys. A layer has one number a pixel, \
-         in false colours; its legend names quantity, unit and scale.</p>\n{}",
+        "<h2 id=\"picture\">Picture and layers</h2>\n<p>Click a name, or use the arrow keys. A layer of one number a pixel is in \
+         false colours; its legend names quantity, unit and scale.</p>\n{}",
         switch("layers", &tabs)
     ))
 }
@@ -280,8 +288,16 @@ mod tests {
 
     fn text_of(report: &Report, layers: &[(Layer, Vec<f64>)], done: f64) -> String {
         let view = View { width: 2, height: 1, linear: &[[0.5; 3]; 2] };
-        page(&RenderPage { view, done, report, layers, profile: None, command: "whitted <x>".into() })
-            .unwrap()
+        page(&RenderPage {
+            view,
+            done,
+            report,
+            layers,
+            surfaces: &[],
+            profile: None,
+            command: "whitted <x>".into(),
+        })
+        .unwrap()
     }
 
     #[test]

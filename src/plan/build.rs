@@ -9,7 +9,7 @@ use crate::kernel::table::KERNELS;
 use crate::prepare::Packed;
 use crate::prepare::bvh::Forms;
 use crate::settings::forced_features::Feature;
-use crate::settings::{Origin, Precision, Settings};
+use crate::settings::{Origin, Precision, Settings, SurfaceSums};
 
 /// Rays per batch that keep lavapipe's queues in its caches (docs/design/decisions/002-batch-size.md).
 const CPU_BATCH: u32 = 1 << 17;
@@ -204,6 +204,7 @@ fn specialisation(input: Input<'_>) -> Specialisation {
         triangles_outside: u32::from(packed.outside[0]),
         spheres_outside: u32::from(packed.outside[1]),
         counting: u32::from(settings.schedule.count_tests),
+        surface_layer: settings.schedule.surface_layer.map_or(abi::LAYER_LIGHT, SurfaceSums::word),
         fused: 0,
     }
 }

@@ -179,8 +179,7 @@ impl Pieces {
         if pieces.len() == polygon.triangle_count() {
             return Some(vec![polygon.clone()]);
         }
-        let piece =
-            |c: Corners| Polygon::fan(c.map(|c| c.at).to_vec(), polygon.normal, polygon.material);
+        let piece = |c: Corners| Polygon::fan(c.map(|c| c.at).to_vec(), polygon.normal, polygon.material);
         Some(pieces.into_iter().map(piece).collect())
     }
 

@@ -16,6 +16,7 @@ mod resume_state;
 pub mod samples;
 pub mod self_test;
 mod submit_log;
+mod surface_layers;
 mod survey;
 mod tally;
 mod trial;
@@ -31,6 +32,7 @@ pub use merge::{Merge, MergeError};
 pub(crate) use prepared::Built;
 pub use prepared::Prepared;
 pub use resume_state::{Kind, Payload, ResumeState, State};
+pub use surface_layers::{SurfaceLayer, Surfaces};
 pub use survey::Survey;
 pub use trial::{Run, Trial};
 

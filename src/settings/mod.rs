@@ -9,6 +9,7 @@ mod share;
 pub use error::SettingsError;
 pub use share::Share;
 
+use crate::kernel::abi;
 use crate::scene::Scene;
 use crate::settings::forced_features::ForcedFeatures;
 use crate::settings::sampler::Sampler;
@@ -84,6 +85,25 @@ impl FromStr for Precision {
             .into_iter()
             .find(|p| p.name() == text)
             .ok_or_else(|| "write auto, fast, robust or f64".into())
+    }
+}
+
+/// What a sample adds to its pixel in place of light: numbers of the first surface that it meets, or zeros.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SurfaceSums {
+    /// Distance along the view in local units, 1, index of the material.
+    Place,
+    /// Shading normal on the ray's side.
+    Normal,
+}
+
+impl SurfaceSums {
+    /// As kernels know it.
+    pub(crate) fn word(self) -> u32 {
+        match self {
+            SurfaceSums::Place => abi::LAYER_PLACE,
+            SurfaceSums::Normal => abi::LAYER_NORMAL,
+        }
     }
 }
 
@@ -238,6 +258,8 @@ pub struct Schedule {
     pub fused: Option<bool>,
     /// Count box and primitive tests ([`Report::tests`](crate::Report::tests)), by kernels that are slower.
     pub count_tests: bool,
+    /// Sum up what the first surfaces are instead of their light.
+    pub surface_layer: Option<SurfaceSums>,
     /// Steps of a walk after which it stops and goes on in another dispatch, at most. Where a walk of a batch does, the
     /// batch is done again in parts, which costs time, not light.
     pub walk_steps: Option<u32>,

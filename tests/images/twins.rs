@@ -12,7 +12,7 @@ use whitted::report::test_counts::TestCounts;
 use whitted::scene::Scene;
 use whitted::settings::forced_features::{Feature, ForcedFeatures};
 use whitted::settings::sampler::Sampler;
-use whitted::settings::{Origin, Precision, Schedule, Settings};
+use whitted::settings::{Origin, Precision, Schedule, Settings, SurfaceSums};
 
 /// Every way the kernels compute, and every sampler.
 const ARITHMETIC: [(Precision, Origin, Sampler); 4] = [
@@ -89,6 +89,35 @@ fn the_hierarchy_changes_no_bit() {
             linear_sha256(&render(&mut renderer, &scene, &settings).linear)
         });
         assert_eq!(hashes[0], hashes[1], "{name}: hierarchy and brute force differ");
+    }
+}
+
+/// Sums of surfaces in every way of doing a depth and both precisions, with lights that then do not matter.
+#[test]
+fn the_device_sums_the_surfaces_that_the_twins_sum() {
+    let mut renderer = renderer();
+    let limits = renderer.device().limits();
+    let ways = [
+        (Precision::Robust, Schedule { fused: Some(true), ..Schedule::default() }),
+        (Precision::Robust, Schedule { fused: Some(false), ..Schedule::default() }),
+        (Precision::Robust, Schedule { walk_steps: Some(12), ..Schedule::default() }),
+        (Precision::Double, Schedule::default()),
+    ];
+    for scene in [everything(), planet()] {
+        for (precision, schedule) in ways {
+            let images = [SurfaceSums::Place, SurfaceSums::Normal].map(|sums| {
+                let schedule = Schedule { surface_layer: Some(sums), tile_pixels: Some(301), ..schedule };
+                let settings = Settings { precision, schedule, depth: 1, ..small(&scene, 37, 3, 11) };
+                let what = format!("{precision:?}, {schedule:?}");
+                let packed = pack_for(&scene, &settings, &limits);
+                let plan = Plan::new(&packed, &settings, &limits).unwrap();
+                let (linear, _) = twin::render(&packed, &scene, &settings, &plan).unwrap();
+                let device = render(&mut renderer, &scene, &settings);
+                assert!(same_bits(&linear, &device.linear), "{what}");
+                linear
+            });
+            assert!(images[0].iter().any(|p| p[1] == 1.0) && images[1].iter().flatten().any(|n| *n < 0.0));
+        }
     }
 }
 

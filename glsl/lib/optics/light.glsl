@@ -73,6 +73,18 @@ uint id_of(uint primitive) {
 }
 
 #ifndef IN_PARTS
+// What a ray that met surface `s` sees: light, or what `surface_layer` asks of the surface.
+vec3 sight(Surface s, Material m, vec3 light) {
+    bool hit = s.primitive != NONE;
+    if (surface_layer == LAYER_NORMAL) return hit ? vec3(s.normal) : vec3(0.0);
+    if (surface_layer == LAYER_PLACE) {
+        real along = dot3(s.position - camera[0].origin, camera[0].forward) + camera[0].advance;
+        return hit ? vec3(float(along), 1.0, float(s.material)) : vec3(0.0);
+    }
+    vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
+    return hit ? own_share(s, m) * (m.diffuse * (m.ambient + light)) : background;
+}
+
 // Own colour of surface `s`, of material `m`, that ray `i` struck, by the lights [light_begin, light_end) of the push
 // constants: into the ray's sample, or into contributions where `gather` adds them up or further passes take further
 // lights. `first`, `last`: of the passes. `mine`: the invocation has a ray of its own, to be counted and written.
@@ -116,8 +128,7 @@ void light_up(uint i, bool mine, Ray ray, Surface s, Material m, bool first, boo
         contributions[i].light = light;
         return;
     }
-    vec3 background = vec3(camera[0].background_r, camera[0].background_g, camera[0].background_b);
-    vec3 weighted = ray.throughput * (hit ? own * (m.diffuse * (m.ambient + light)) : background);
+    vec3 weighted = ray.throughput * sight(s, m, light);
     // At depth 1 a sample has one ray, which begins its sum.
     bool begins = push.depth == 1u;
     if (branching != 0u && !begins) {

@@ -4,6 +4,7 @@ use super::values::{self, Crop, Output, Size};
 use super::{DeviceArgs, FrameArgs, ReadArgs, ScheduleArgs, Verbosity};
 use crate::accuracy::promise::Layer;
 use crate::cli::progress::Style;
+use crate::render::SurfaceLayer;
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, Share, parse_cutoff};
 use clap::Args;
@@ -27,6 +28,7 @@ Examples:
   whitted render scenes/cornell.toml -o good.png --error 0.01
   whitted render scenes/cornell.toml -o known.png --aov sampling,cost --page known.html
   whitted render scenes/cornell.toml -o quick.png --time 2
+  whitted render model.glb -o layers.exr --alpha --layers z,normal,object
   whitted render scenes/cornell.toml -o curve.png --reference good.exr --page curve.html
   whitted render scenes/cornell.toml -o part-2.share --share 2/8
   whitted render scenes/cornell.toml -o part-2.share --share 2/8 --as plan.json
@@ -59,6 +61,14 @@ pub struct RenderArgs {
     /// Bits per channel of a PNG or PPM [default: 8]
     #[arg(long, value_parser = ["8", "16"], help_heading = "Output")]
     pub bits: Option<String>,
+
+    /// Write how much of each pixel is covered as alpha, and leave out the background behind it: PNG and EXR; of fixed samples only
+    #[arg(long, conflicts_with_all = ["error", "time", "budget", "aov", "share", "reference"], help_heading = "Output")]
+    pub alpha: bool,
+
+    /// Also write what the first surfaces are: any of z (distance along the view), normal, albedo, object, material (their numbers); as channels of an EXR, as OUT.LAYER.png beside other formats
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = values::surface_layer, conflicts_with = "share", help_heading = "Output")]
+    pub layers: Vec<SurfaceLayer>,
 
     /// Write times, rays and settings as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]

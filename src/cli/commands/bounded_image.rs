@@ -10,6 +10,7 @@ use crate::cli::failure::Failure;
 use crate::cli::progress::{Progress, Style};
 use crate::cli::read;
 use crate::cli::state::{Keeper, StateFile};
+use crate::cli::surfaces::FirstSurfaces;
 use crate::image::Format;
 use crate::render::Rendered;
 use crate::report::Report;
@@ -138,11 +139,17 @@ pub(super) fn run(
         (Some(file), Some(unfinished)) if cancelled => file.save(unfinished, report).map(Some),
         _ => Ok(None),
     };
-    let deliver = Deliver { args, format, layers: &layers, before, complete: !cancelled };
+    let surfaces = match cancelled {
+        true => None,
+        false => FirstSurfaces::trace(args, &scene, &rendered.report, renderer, style(args, console))?,
+    };
+    let complete = surfaces.is_some();
+    let surfaces = surfaces.unwrap_or_default();
+    let deliver = Deliver { args, format, layers: &layers, surfaces: &surfaces, before, complete };
     let Delivered { report, kept } = deliver.deliver(rendered, started, keep, console)?;
     let file = &report.image.file;
     delivery::validated(&renderer.validation_messages(), console)?;
-    if cancelled {
+    if !complete {
         let then = kept.map_or(String::new(), |kept| format!("; {kept}"));
         return Err(Failure::Interrupted(format!("interrupted: the image so far is in {file}{then}")));
     }
@@ -166,6 +173,11 @@ pub(super) fn check(args: &RenderArgs) -> Result<(), Failure> {
     if !a.aov.is_empty() && matches!(args.output, Output::Stdout) {
         return Err(Failure::Usage(
             "--aov writes files next to the image, so -o needs a file name instead of -".into(),
+        ));
+    }
+    if !args.layers.is_empty() && matches!(args.output, Output::Stdout) {
+        return Err(Failure::Usage(
+            "--layers writes files next to the image, so -o needs a file name instead of -".into(),
         ));
     }
     let rounding = a.aov.iter().any(|layer| matches!(layer, Layer::Rounding | Layer::RoundingPaths));

@@ -81,7 +81,10 @@ pub fn run(args: &ProfileArgs, started: Instant, console: &mut Console) -> Resul
         let view = View { width: first.width, height: first.height, linear: &first.linear };
         let Profile { report, profile: spread } = &profile;
         let (profile, command) = (Some(spread), command_line());
-        write_page(path, &RenderPage { view, done: first.done, report, layers: &[], profile, command })?;
+        write_page(
+            path,
+            &RenderPage { view, done: first.done, report, layers: &[], surfaces: &[], profile, command },
+        )?;
     }
     tell(args, &profile, console)
 }

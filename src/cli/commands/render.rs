@@ -12,6 +12,7 @@ use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
 use crate::cli::state::{Keeper, KeptState, StateFile};
+use crate::cli::surfaces::{self, FirstSurfaces};
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
 use crate::render::Renderer;
@@ -134,16 +135,22 @@ pub(super) fn picture(
             Err(ReceiptError::Render(error)) => return Err(error.into()),
         }
     }
+    let surfaces = match done == 1.0 {
+        true => FirstSurfaces::trace(args, &scene, &rendered.report, renderer, style)?,
+        false => None,
+    };
+    let complete = surfaces.is_some();
+    let surfaces = surfaces.unwrap_or_default();
     // A finished share is delivered in place of an image.
-    let drawn = rendered.state.take_if(|_| done < 1.0 || args.share.is_none());
+    let drawn = rendered.state.take_if(|_| !complete || args.share.is_none());
     let keep = |report: &Report| match (&state, &kept, drawn) {
-        (Some(file), _, Some(unfinished)) if done < 1.0 => file.save(unfinished, report).map(Some),
-        (_, Some(kept), Some(finished)) if done == 1.0 => kept.write(&finished).map(|()| None),
+        (Some(file), _, Some(unfinished)) if !complete => file.save(unfinished, report).map(Some),
+        (_, Some(kept), Some(finished)) if complete => kept.write(&finished).map(|()| None),
         _ => Ok(None),
     };
-    let deliver = Deliver { args, format, layers: &[], before, complete: done == 1.0 };
+    let deliver = Deliver { args, format, layers: &[], surfaces: &surfaces, before, complete };
     let Delivered { report, kept: said } = deliver.deliver(rendered, started, keep, console)?;
-    if done < 1.0 {
+    if !complete {
         return Err(interrupted(args, &report, done, said));
     }
     if let Some(receipt) = &report.receipt {
@@ -219,6 +226,7 @@ fn check(args: &RenderArgs, state: Option<&StateFile>) -> Result<Format, Failure
         Output::File(_, format) => *format,
     };
     bounded_image::check(args)?;
+    surfaces::check(args, format)?;
     files(args, state).check()?;
     match (args.bits.as_deref(), format) {
         (None, format) => Ok(format),

@@ -92,6 +92,12 @@ constants! {
     RAY_KINDS = 4;
     /// Words for the tests of one kind at one depth: box tests and primitive tests, low word first.
     TEST_WORDS = 4;
+    /// `surface_layer`: light.
+    LAYER_LIGHT = 0;
+    /// `surface_layer`: distance along the view in local units, 1, index of the material; zeros where nothing is met.
+    LAYER_PLACE = 1;
+    /// `surface_layer`: shading normal on the ray's side; zeros where nothing is met.
+    LAYER_NORMAL = 2;
     /// `sampler_kind`: independent samples.
     SAMPLER_RANDOM = 0;
     /// `sampler_kind`: progressive jittered samples.

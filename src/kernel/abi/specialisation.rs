@@ -1,6 +1,6 @@
 //! Specialisation constants: numbers that are fixed when a pipeline is created.
 
-use super::constants::{SAMPLER_OWEN, STACK_SIZE};
+use super::constants::{LAYER_LIGHT, SAMPLER_OWEN, STACK_SIZE};
 
 macro_rules! specialisation {
     ($($(#[$meta:meta])* $name:ident: $default:expr;)*) => {
@@ -73,6 +73,8 @@ specialisation! {
     spheres_outside: 0;
     /// 1: box and primitive tests are counted.
     counting: 0;
+    /// What the rays of a sample add up to: LAYER_LIGHT, or, where only first surfaces are traced, LAYER_PLACE or LAYER_NORMAL.
+    surface_layer: LAYER_LIGHT;
     /// 1: `fused_depth` does what `intersect`, `shade`, `spawn` and `shadow` do; `child_masks` are used instead of `child_counts`.
     fused: 0;
 }

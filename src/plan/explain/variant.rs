@@ -93,6 +93,7 @@ fn rows(s: &Specialisation) -> Vec<Constant> {
             "at most one ray per sample and depth: no sums over several".into(),
         ),
         ("survey", s.survey, Some(1), "pixels in rows, no record of paths".into()),
+        ("surface_layer", s.surface_layer, Some(abi::LAYER_LIGHT), "first surfaces instead of light".into()),
         ("counting", s.counting, Some(0), "box and primitive tests are counted".into()),
         ("lanes", s.lanes, Some(0), "packets: the rays of a subgroup traverse together".into()),
         (

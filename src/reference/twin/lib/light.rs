@@ -8,7 +8,9 @@ use super::count_tests::{Query, note_tests};
 use super::numeric::{dot3, max_component};
 use super::surface::spawn_origin;
 use super::traverse::{Shapes, TraversalRay, make_traversal_ray};
-use crate::kernel::abi::{COUNTER_CLAMPED_LIGHTS, NONE, PASSES, PREFIX_SHIFT, RAY_SHADOW, Specialisation};
+use crate::kernel::abi::{
+    COUNTER_CLAMPED_LIGHTS, LAYER_NORMAL, LAYER_PLACE, NONE, PASSES, PREFIX_SHIFT, RAY_SHADOW, Specialisation,
+};
 use crate::settings::sampler::pcg4d;
 
 fn before_light(light: Real3, segment: Real3) -> Real {
@@ -132,11 +134,26 @@ impl Lit<'_> {
         Vec3::from(light.intensity) * float((to.along / to.squared.sqrt()) / to.squared)
     }
 
+    /// What a ray that met surface `s` sees.
+    fn sight(&self, s: &Surface, m: &Material, light: Vec3) -> Vec3 {
+        let (c, hit) = (self.camera, s.primitive != NONE);
+        match self.shapes.spec.surface_layer {
+            LAYER_NORMAL | LAYER_PLACE if !hit => Vec3::ZERO,
+            LAYER_NORMAL => Vec3::from_array(s.normal.map(float)),
+            LAYER_PLACE => {
+                let from = Real3::from(s.position) - Real3::from(c.origin);
+                let along = dot3(from, Real3::from(c.forward)) + c.advance;
+                Vec3::new(float(along), 1.0, s.material as f32)
+            }
+            _ if !hit => Vec3::new(c.background_r, c.background_g, c.background_b),
+            _ => own_share(s, m) * (Vec3::from(m.diffuse) * (Vec3::splat(m.ambient) + light)),
+        }
+    }
+
     /// Lights of this pass on surface `s` of ray `i`, of material `m`.
     pub fn light_up(&mut self, i: usize, ray: &Ray, s: &Surface, m: &Material, first: bool, last: bool) {
         let (spec, push) = (self.shapes.spec, self.push);
         let hit = s.primitive != NONE;
-        let (diffuse, own) = (Vec3::from(m.diffuse), own_share(s, m));
         let (mut shadow_rays, mut seen) = (0, 0u32);
         let mut light = if first { Vec3::ZERO } else { self.contributions[i].light.into() };
         let first_query = self.queries.len();
@@ -163,10 +180,7 @@ impl Lit<'_> {
             self.contributions[i].light = light.into();
             return;
         }
-        let c = self.camera;
-        let background = Vec3::new(c.background_r, c.background_g, c.background_b);
-        let color = if hit { own * (diffuse * (Vec3::splat(m.ambient) + light)) } else { background };
-        let weighted = Vec3::from(ray.throughput) * color;
+        let weighted = Vec3::from(ray.throughput) * self.sight(s, m, light);
         let begins = push.depth == 1;
         if spec.branching != 0 && !begins {
             self.contributions[i] = Contribution { light: weighted.into(), sample_index };
