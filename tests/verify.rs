@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use tempfile::TempDir;
 use whitted::Picture;
 use whitted::compare::metrics::rmse;
-use whitted::image::{Bits, Format, Metadata, View};
+use whitted::image::{Bits, Format, Metadata, View, read_metadata};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell_glass.toml");
 
@@ -84,6 +84,61 @@ fn a_picture_is_verified_and_a_wrong_pixel_found() {
     assert!(folder.run("verify a.json", 0).contains("there is no picture"));
     folder.edit("a.json", |report| report["settings"]["seed"] = 9.into());
     assert!(folder.run("verify a.json", 6).contains("different: the hash"));
+}
+
+/// Metadata says as much as a report, for every kind of render that can be drawn again.
+#[test]
+fn a_picture_is_verified_by_what_it_says_of_itself() {
+    let folder = Folder::new();
+    for (name, options) in [
+        ("a.png", "--samples 4"),
+        ("b.exr", "--samples 4 --crop 3,4,30,20 --sampler stratified --seed 7 --precision f64 --depth 2"),
+        ("c.hdr", "--samples 2 --cutoff 0.01"),
+        ("d.ppm", "--samples 4 --replicates 2"),
+        ("e.exr", "--samples 4 --budget"),
+    ] {
+        folder.run(&format!("render SCENE -o {name} --size 40x30 {options}"), 0);
+        let said = folder.run(&format!("verify {name}"), 0);
+        assert!(said.contains("same bits"), "{name}: {said}");
+        // One wrong pixel, under the same metadata.
+        let picture = folder.picture(name);
+        let mut linear = picture.linear.clone();
+        linear[45][0] += 0.05;
+        let format = Format::of(&folder.at(name)).unwrap();
+        let pairs = read_metadata(&folder.at(name));
+        let metadata = Metadata::new(pairs.iter().map(|(k, v)| (k.as_str(), v.as_str())));
+        let view = View { width: picture.width, height: picture.height, linear: &linear };
+        let mut bytes = Vec::new();
+        format.encode(view, &metadata, &mut bytes).unwrap();
+        fs::write(folder.at(name), bytes).unwrap();
+        let said = folder.run(&format!("verify {name}"), 6);
+        assert!(said.contains("different: 1 pixel of"), "{name}: {said}");
+    }
+    folder.run("render SCENE -o a.pfm --size 24x20 --samples 1", 0);
+    assert!(folder.run("verify a.pfm", 2).contains("does not say how it was rendered"));
+    folder.run("render SCENE -o a.exr --size 24x20 --error 0.05", 0);
+    assert!(folder.run("verify a.exr", 2).contains("pixel by pixel"));
+}
+
+/// What points up in a model is part of what a picture says.
+#[test]
+fn a_model_is_verified_the_way_it_stood() {
+    let folder = Folder::new();
+    fs::write(folder.at("m.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+        .unwrap();
+    folder.run("render m.obj -o y.exr --size 40x30", 0);
+    for axis in ["x", "-x", "-y", "z", "-z"] {
+        folder.run(&format!("render m.obj -o a.exr --size 40x30 --up {axis} --report a.json"), 0);
+        assert!(folder.run("verify a.exr", 0).contains("same bits"), "{axis}");
+        assert!(folder.run("verify a.json", 0).contains("same bits"), "{axis}");
+        let [a, y] = ["a.exr", "y.exr"].map(|name| folder.picture(name).linear);
+        assert!(a != y, "{axis} looks like y");
+        folder.run(&format!("import m.obj -o s.toml --size 40x30 --up {axis}"), 0);
+        folder.run("render s.toml -o s.exr", 0);
+        assert!(folder.picture("s.exr").linear == a, "{axis}: the imported scene is another");
+    }
+    assert!(folder.run("render SCENE -o a.png --up z", 2).contains("--up is for models"));
+    assert!(folder.run("render m.obj -o a.png --up q", 2).contains("write x, y, z, -x, -y or -z"));
 }
 
 #[test]

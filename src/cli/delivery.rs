@@ -96,6 +96,11 @@ pub(crate) fn variables(args: &RenderArgs) -> Vec<String> {
     args.read.variables.iter().map(|(name, value)| format!("{name}={value}")).collect()
 }
 
+/// What `--up` names, for a report.
+pub(crate) fn up(args: &RenderArgs) -> Option<String> {
+    args.read.up.map(|axis| axis.name().to_owned())
+}
+
 /// How image, layers, page and report are delivered.
 pub(crate) struct Deliver<'a> {
     pub(crate) args: &'a RenderArgs,
@@ -144,6 +149,7 @@ impl Deliver<'_> {
             Output::Share(path) => path.display().to_string(),
         };
         report.scene.variables = variables(self.args);
+        report.scene.up = up(self.args);
         report.time.wall = self.before + started.elapsed().as_secs_f64();
         let mut failures = Vec::new();
         let kept = keep(report).unwrap_or_else(|failure| {

@@ -3,7 +3,7 @@
 use super::args::{ReadArgs, Size};
 use super::console::Console;
 use super::failure::Failure;
-use crate::scene::{Notes, Scene, utf8};
+use crate::scene::{Notes, Scene, is_model, utf8};
 use crate::units::plural;
 use anyhow::Context;
 use std::io::{self, Read};
@@ -32,6 +32,9 @@ pub(crate) fn silently(path: &Path, args: &ReadArgs) -> Result<Scene, Failure> {
 }
 
 fn read(path: &Path, args: &ReadArgs, size: Option<Size>) -> Result<Scene, Failure> {
+    if args.up.is_some() && !is_model(path) {
+        return Err(Failure::Usage("--up is for models: the camera of a scene says `up`".into()));
+    }
     let options = args.options(size);
     Ok(match path.as_os_str() == "-" {
         true => Scene::parse_with(utf8(input()?, path)?, path, &options),

@@ -84,6 +84,9 @@ impl Metadata {
             // A list of strings has a JSON text.
             metadata.add("Variables", serde_json::to_string(&scene.variables).unwrap_or_default());
         }
+        if let Some(up) = &scene.up {
+            metadata.add("Up", up.clone());
+        }
         metadata.1 = settings.crop.map(|[x0, y0, x1, y1]| Window {
             at: [x0, y0],
             size: [x1.saturating_sub(x0), y1.saturating_sub(y0)],

@@ -1,6 +1,7 @@
 //! Images: from linear `f32` RGB to PNG, EXR, Radiance HDR, PPM or PFM and back, and numbers as colours.
 
 pub(crate) mod canvas;
+mod described;
 mod exr;
 mod hdr;
 pub mod heat;
@@ -14,6 +15,7 @@ mod save;
 mod srgb;
 pub(crate) mod text;
 
+pub use described::described;
 pub use metadata::{Metadata, Window};
 pub use png::png8;
 pub use read::{Picture, ReadError, is_picture};

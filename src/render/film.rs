@@ -139,9 +139,10 @@ impl ResumeState<Sums> {
         self.payload.share
     }
 
-    /// Names the variables of the scene's text in the reports made of it.
-    pub fn set_variables(&mut self, variables: Vec<String>) {
-        self.payload.outline.scene.variables = variables;
+    /// Notes how the scene was read in the reports made of it: the variables of its text, and `--up`.
+    pub fn set_reading(&mut self, variables: Vec<String>, up: Option<String>) {
+        let scene = &mut self.payload.outline.scene;
+        (scene.variables, scene.up) = (variables, up);
     }
 
     /// True if every pixel of its share has all its samples.

@@ -158,6 +158,7 @@ pub(super) fn outline(settings: &Settings, packed: &Packed, plan: &Plan) -> Repo
             lights: packed.scene_features.lights,
             notes: Vec::new(),
             variables: Vec::new(),
+            up: None,
             local_frame: LocalFrameInfo {
                 center: packed.local_frame.center.to_array(),
                 scale_log2: packed.local_frame.scale_log2,

@@ -55,6 +55,9 @@ pub struct SceneInfo {
     /// `name=value` of each `${name}` in the scene's text; absent if there is none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub variables: Vec<String>,
+    /// The axis that `--up` names; absent if it was not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<String>,
     /// Centre and power-of-two scale of the kernels' coordinates.
     pub local_frame: LocalFrameInfo,
 }

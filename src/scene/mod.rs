@@ -39,7 +39,7 @@ pub use import::import;
 pub use model::is_model;
 pub use notes::{Note, Notes};
 pub(crate) use parse::{MAX_DEPTH, MAX_SAMPLES, MAX_SIDE, utf8};
-pub use read_options::ReadOptions;
+pub use read_options::{Axis, ReadOptions};
 pub use transform::{Transform, rotation};
 pub(crate) use variables::is_name;
 

@@ -7,7 +7,7 @@ use super::model::{Model, Wanted};
 use super::notes::{Notes, Reading};
 use super::parse::{HEIGHT, MIN_UP_SINE, WIDTH};
 use super::table::{MAX_LENGTH, unit, within_f32};
-use super::{Camera, Light, Mesh, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere, Transform};
+use super::{Axis, Camera, Light, Mesh, ReadOptions, ReadTime, RenderDefaults, Scene, Sphere, Transform};
 use super::{bounds::Bounds, model};
 use glam::DVec3;
 use std::path::Path;
@@ -72,11 +72,14 @@ pub(super) fn around(path: &Path, text: &[u8], options: &ReadOptions) -> Result<
     if size < FINEST * away {
         return refuse("it lies too far from the origin for its size", "move it nearer to the origin");
     }
-    let own = usable_camera(&model, path, &mut reading);
-    let up = up_axis(path);
+    let own = match options.up {
+        None => usable_camera(&model, path, &mut reading),
+        Some(_) => None,
+    };
+    let up = options.up.unwrap_or_else(|| up_axis(path));
     let camera = match own {
         Some(camera) => sized(camera, options.size),
-        None => fitted(&model, &bounds, up, options.size.unwrap_or([WIDTH, HEIGHT])),
+        None => fitted(&model, &bounds, up.vector(), options.size.unwrap_or([WIDTH, HEIGHT])),
     };
     let lights = match (model.lights.is_empty(), own) {
         (false, _) => exposed(&model.lights, &bounds, path, &mut reading),
@@ -107,9 +110,9 @@ pub(super) fn around(path: &Path, text: &[u8], options: &ReadOptions) -> Result<
 }
 
 /// Says what stands in for a camera and lights.
-fn note_missing(model: &Model, own: Option<Camera>, up: DVec3, path: &Path, reading: &mut Reading) {
-    let axis = if up == DVec3::Y { "y" } else { "z" };
-    let camera = format!("no camera in the file: one that sees all of it, {axis} up");
+fn note_missing(model: &Model, own: Option<Camera>, up: Axis, path: &Path, reading: &mut Reading) {
+    let whose = if model.cameras.is_empty() { "no camera in the file" } else { "no camera of the file" };
+    let camera = format!("{whose}: one that sees all of it, {} up", up.name());
     let note = match (own, model.lights.is_empty()) {
         (None, true) => camera + "; no lights: a key light and a fill light",
         (None, false) => camera,
@@ -121,9 +124,9 @@ fn note_missing(model: &Model, own: Option<Camera>, up: DVec3, path: &Path, read
 
 /// The axis that points up in files of this kind: z where shapes are measured or printed (STL, PLY) and in Haines' NFF,
 /// y in OBJ and glTF.
-fn up_axis(path: &Path) -> DVec3 {
+fn up_axis(path: &Path) -> Axis {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    if ["stl", "ply", "nff"].contains(&extension.as_str()) { DVec3::Z } else { DVec3::Y }
+    if ["stl", "ply", "nff"].contains(&extension.as_str()) { Axis::Z } else { Axis::Y }
 }
 
 /// The file's first camera that can be used.
@@ -165,7 +168,7 @@ fn sized(camera: Camera, size: Option<[u32; 2]>) -> Camera {
 /// points, and N the greatest -x - t z, that is P <= e_x - t e_z and N <= -e_x - t e_z: the nearest eye has
 /// e_z = -(P + N) / 2t, and e_x = (P - N) / 2. A sphere reaches r sqrt(1 + t^2) beyond its centre in both sums.
 fn fitted(model: &Model, bounds: &Bounds, up: DVec3, [width, height]: [u32; 2]) -> Camera {
-    let front = if up == DVec3::Y { DVec3::Z } else { DVec3::NEG_Y };
+    let front = if up.z == 0.0 { DVec3::Z } else { DVec3::NEG_Y };
     let (turned, raised) = (TURNED_DEGREES.to_radians(), RAISED_DEGREES.to_radians());
     let side = up.cross(front);
     let eye = (front * turned.cos() + side * turned.sin()) * raised.cos() + up * raised.sin();

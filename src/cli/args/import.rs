@@ -1,6 +1,7 @@
 //! `whitted import`.
 
 use super::values::Size;
+use crate::scene::Axis;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -26,6 +27,10 @@ pub struct ImportArgs {
     /// Image size in pixels that the model is framed for [default: that of the file's camera, or 600x500]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
+
+    /// What points up in the model: x, y, z, -x, -y or -z; its own camera is then left out [default: z in PLY, STL and NFF, else y]
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub up: Option<Axis>,
 
     /// Refuse what the file leaves open or gets wrong, instead of saying what is assumed
     #[arg(long)]

@@ -1,7 +1,7 @@
 //! How scene files are read.
 
 use super::values::{self, Size};
-use crate::scene::ReadOptions;
+use crate::scene::{Axis, ReadOptions};
 use clap::Args;
 
 /// How a scene and the files that it names are read.
@@ -15,6 +15,10 @@ pub struct ReadArgs {
     /// Put VALUE where the scene's text has `${NAME}`; may be repeated
     #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = values::variable)]
     pub variables: Vec<(String, String)>,
+
+    /// What points up in a model: x, y, z, -x, -y or -z; its own camera is then left out [default: z in PLY, STL and NFF, else y]
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
+    pub up: Option<Axis>,
 }
 
 impl ReadArgs {
@@ -23,6 +27,7 @@ impl ReadArgs {
         ReadOptions {
             strict: self.strict,
             variables: self.variables.clone(),
+            up: self.up,
             size: size.map(|Size { width, height }| [width, height]),
         }
     }

@@ -5,7 +5,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 const VERIFY_HELP: &str = "\
-Draws again what a report describes, on this machine's device, and compares it with the hash in the report and with the \
+Draws again what a report, or a picture's metadata, describes, on this machine's device, and compares it with the hash in the report and with the \
 picture. On the same device and driver every bit must be the same. On another one the pictures may differ by rounding: \
 the bound on that comes from drawing the same samples in f64 here. What differs otherwise is listed pixel by pixel.
 
@@ -14,13 +14,14 @@ Pictures of --error and --time cannot be drawn again from their report, since th
 Examples:
   whitted render scenes/cornell.toml -o a.exr --report a.json
   whitted verify a.json
+  whitted verify a.exr
   whitted verify a.json --picture copies/a.exr --diff wrong.png";
 
 /// `whitted verify`.
 #[derive(Debug, Args)]
 #[command(after_help = super::notes(VERIFY_HELP))]
 pub struct VerifyArgs {
-    /// Report of `whitted render` or `whitted merge` (JSON)
+    /// Report of `whitted render` or `whitted merge` (JSON), or a picture with metadata: PNG, EXR, HDR or PPM
     #[arg(value_name = "REPORT.json")]
     pub report: PathBuf,
 

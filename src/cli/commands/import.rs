@@ -25,7 +25,7 @@ pub fn run(args: &ImportArgs, console: &mut Console) -> Result<(), Failure> {
     }
     let files = || Files::new().reads("the model", model).writes("-o", Some(output));
     files().check()?;
-    let reading = ReadArgs { strict: args.strict, ..ReadArgs::default() };
+    let reading = ReadArgs { strict: args.strict, up: args.up, ..ReadArgs::default() };
     let scene = read::scene(model, &reading, args.size, console)?;
     files().reads_scene(&scene).check()?;
     // Files that a scene names are looked for from its folder.

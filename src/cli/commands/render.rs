@@ -6,7 +6,7 @@ use super::{bounded_image, frames};
 use crate::cli::args::{Output, RenderArgs};
 use crate::cli::console::Console;
 use crate::cli::delivery::{
-    Deliver, Delivered, files, fits_host, remove_unfinished, render_settings, validated, variables,
+    Deliver, Delivered, files, fits_host, remove_unfinished, render_settings, up, validated, variables,
 };
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
@@ -112,7 +112,7 @@ pub(super) fn picture(
     rendered.report.time.wall = wall;
     if let Some(state) = &mut rendered.state {
         state.time.wall = wall;
-        state.set_variables(variables(args));
+        state.set_reading(variables(args), up(args));
     }
     let mut wrong = Vec::new();
     if let Some(outline) = outline.filter(|_| done == 1.0) {

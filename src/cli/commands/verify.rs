@@ -10,14 +10,16 @@ use crate::cli::files::Files;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
 use crate::compare::metrics::rmse;
-use crate::image::{Bits, Format, Metadata, Picture, heat, linear_sha256};
+use crate::image::{
+    Bits, Format, Metadata, Picture, described, heat, is_picture, linear_sha256, read_metadata,
+};
 use crate::render::Renderer;
 use crate::report::{DeviceInfo, ErrorInfo, Report};
 use crate::scene::Scene;
 use crate::settings::{Schedule, Settings};
 use crate::units::{figure, plural};
 use anyhow::{Context, anyhow};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Pixels that are listed.
 const LISTED: usize = 10;
@@ -25,12 +27,12 @@ const LISTED: usize = 10;
 /// Draws a picture again and says how it differs.
 pub fn run(args: &VerifyArgs, console: &mut Console) -> Result<(), Failure> {
     files(args).check()?;
-    let then = report(&args.report)?;
+    let then = then(&args.report)?;
     let bounded = then.error.is_some();
     if then.asked.error.is_some() || then.asked.time.is_some() {
         return Err(Failure::Usage(format!(
-            "the samples of {} were chosen pixel by pixel, and its report does not tell them: render with settings of `plan \
-             --error` to be able to verify",
+            "the samples of {} were chosen pixel by pixel, and nothing tells them: render with settings of `plan --error` \
+             to be able to verify",
             then.image.file
         )));
     }
@@ -45,10 +47,12 @@ pub fn run(args: &VerifyArgs, console: &mut Console) -> Result<(), Failure> {
     let mut renderer = Renderer::new(&args.device.choice())?;
     let drawn = draw(&mut renderer, &scene, &settings, bounded.then_some(&then), console)?;
     let device = renderer.device().info();
-    let hash = linear_sha256(&drawn) == then.image.linear_sha256;
+    // A picture's metadata has no hash.
+    let hash = then.image.linear_sha256.is_empty() || linear_sha256(&drawn) == then.image.linear_sha256;
+    let same_device = is_device(&device, &then.device);
 
     let Some((path, picture)) = picture else {
-        return match (hash, device == then.device) {
+        return match (hash, same_device) {
             (true, _) => {
                 console.say("same bits: the hash of the report; there is no picture to look at");
                 Ok(())
@@ -91,7 +95,7 @@ pub fn run(args: &VerifyArgs, console: &mut Console) -> Result<(), Failure> {
     }
     let found = rmse(&stored, &picture.linear).map_err(anyhow::Error::from)?;
     let differs = format!("{count} of {} differ, RMSE {}", path.display(), figure(found));
-    if device == then.device {
+    if same_device {
         return Err(Failure::AboveThreshold(format!(
             "different: {differs}, although device and driver are those of the report"
         )));
@@ -113,6 +117,27 @@ pub fn run(args: &VerifyArgs, console: &mut Console) -> Result<(), Failure> {
     }
 }
 
+/// What is to be drawn again: a report, or what a picture says of itself.
+fn then(path: &Path) -> Result<Report, Failure> {
+    if !is_picture(path) {
+        return report(path);
+    }
+    let mut then = described(&read_metadata(path)).ok_or_else(|| {
+        Failure::Usage(format!(
+            "{} does not say how it was rendered: give the report that `--report` wrote",
+            path.display()
+        ))
+    })?;
+    then.image.file = path.display().to_string();
+    Ok(then)
+}
+
+/// True if `then`, of which a picture tells a part, is this device under this driver.
+fn is_device(now: &DeviceInfo, then: &DeviceInfo) -> bool {
+    let kind = then.kind.is_empty() || then.kind == now.kind;
+    kind && (&now.name, &now.driver, &now.api) == (&then.name, &then.driver, &then.api)
+}
+
 /// Its files, without those that the report and the scene name.
 fn files(args: &VerifyArgs) -> Files {
     let files = Files::new().reads("the report", &args.report);
@@ -127,7 +152,11 @@ fn scene(args: &VerifyArgs, then: &Report, console: &mut Console) -> Result<Scen
     let pair = |text: &String| text.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
     let variables = then.scene.variables.iter().filter_map(pair).collect();
     let size = Size { width: then.settings.width, height: then.settings.height };
-    read::scene(&path, &ReadArgs { variables, ..ReadArgs::default() }, Some(size), console)
+    let up = match then.scene.up.as_deref().map(str::parse) {
+        Some(Err(why)) => return Err(Failure::Usage(format!("the report's `up`: {why}"))),
+        up => up.and_then(Result::ok),
+    };
+    read::scene(&path, &ReadArgs { variables, up, ..ReadArgs::default() }, Some(size), console)
 }
 
 /// The picture to look at. That of the report may have been moved.
@@ -145,7 +174,7 @@ fn picture(args: &VerifyArgs, then: &Report) -> Result<Option<(PathBuf, Picture)
 }
 
 /// How the picture is stored.
-fn format(path: &std::path::Path, picture: &Picture) -> Result<Format, Failure> {
+fn format(path: &Path, picture: &Picture) -> Result<Format, Failure> {
     match (picture.encoding, Format::of(path)) {
         ("8-bit sRGB", _) => Ok(Format::Png(Bits::Eight)),
         ("16-bit sRGB", _) => Ok(Format::Png(Bits::Sixteen)),
@@ -232,12 +261,7 @@ fn list(wrong: &[usize], picture: &Picture, drawn: &[[f32; 3]], [x0, y0]: [u32; 
 }
 
 /// The greatest difference of each pixel's channels.
-fn paint(
-    out: &std::path::Path,
-    picture: &Picture,
-    drawn: &[[f32; 3]],
-    report: &Report,
-) -> Result<(), Failure> {
+fn paint(out: &Path, picture: &Picture, drawn: &[[f32; 3]], report: &Report) -> Result<(), Failure> {
     let difference = |(a, b): (&[f32; 3], &[f32; 3])| {
         (0..3).fold(0.0f64, |most, c| most.max((f64::from(a[c]) - f64::from(b[c])).abs()))
     };

@@ -2,7 +2,7 @@
 
 use super::line;
 use crate::cli::failure::Failure;
-use crate::image::{Picture, linear_sha256, read_metadata};
+use crate::image::{Picture, described, linear_sha256, read_metadata};
 use anyhow::Context;
 use serde::Serialize;
 use std::path::Path;
@@ -55,50 +55,53 @@ impl PictureFile {
     }
 }
 
-/// The options behind the metadata of a render; none where it does not say enough.
+/// The options behind the metadata of a render; none where it does not say enough, or asks for a time, which does not
+/// give the same picture twice.
 fn command(metadata: &[(String, String)], file: &str) -> Option<String> {
-    let get = |keyword: &str| metadata.iter().find(|(k, _)| k == keyword).map(|(_, text)| text.as_str());
-    let (scene, settings, seed) = (get("Scene")?, get("Settings")?, get("Seed")?);
-    if !get("Software")?.starts_with(concat!(env!("CARGO_PKG_NAME"), " ")) || settings.contains("traced") {
+    let report = described(metadata)?;
+    let (scene, s, asked) = (&report.scene, &report.settings, report.asked.error);
+    if report.asked.time.is_some() {
         return None;
     }
-    let asked = match get("Asked") {
-        None => None,
-        Some(asked) => Some(asked.strip_prefix("an error of ")?.split(':').next()?.to_owned()),
-    };
-    let mut words = vec!["whitted".into(), "render".into(), quoted(scene), "-o".into(), quoted(file)];
-    for part in settings.split(", ") {
-        let option = match part.split_once(' ')? {
-            (size, "pixels") => ["--size", size],
-            // Chosen for the error that was asked for.
-            (_, rest) if rest.contains("per pixel") && asked.is_some() => continue,
-            ("depth", _) if asked.is_some() => continue,
-            (samples, "samples per pixel") => ["--samples", samples],
-            ("depth", depth) => ["--depth", depth],
-            ("sampler", sampler) if sampler != "owen" => ["--sampler", sampler],
-            ("precision", precision) if precision != "robust" && asked.is_none() => {
-                ["--precision", precision]
-            }
-            ("origin", origin) if origin != "bound" => ["--origin", origin],
-            ("crop", crop) => ["--crop", crop],
-            ("cutoff", cutoff) => ["--cutoff", cutoff],
-            ("replicates", replicates) => ["--replicates", replicates],
-            _ => continue,
-        };
-        words.extend(option.map(quoted));
+    let mut words = vec!["whitted".into(), "render".into(), quoted(&scene.file), "-o".into(), quoted(file)];
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), quoted(&value)]);
+    option("--size", format!("{}x{}", s.width, s.height));
+    // Else chosen for the error that was asked for.
+    if asked.is_none() {
+        option("--samples", s.samples.to_string());
+        option("--depth", s.depth.to_string());
     }
-    if seed != "0" {
-        words.extend(["--seed".into(), quoted(seed)]);
+    if s.sampler != "owen" {
+        option("--sampler", s.sampler.clone());
+    }
+    if s.precision != "robust" && asked.is_none() {
+        option("--precision", s.precision.clone());
+    }
+    if s.origin != "bound" {
+        option("--origin", s.origin.clone());
+    }
+    if let Some(crop) = s.crop {
+        option("--crop", crop.map(|n| n.to_string()).join(","));
+    }
+    if s.cutoff > 0.0 && asked.is_none() {
+        option("--cutoff", s.cutoff.to_string());
+    }
+    if s.replicates > 1 && asked.is_none() {
+        option("--replicates", s.replicates.to_string());
+    }
+    if s.seed != 0 {
+        option("--seed", s.seed.to_string());
     }
     if let Some(error) = asked {
-        words.extend(["--error".into(), quoted(&error)]);
+        option("--error", error.to_string());
     }
-    let variables: Vec<String> =
-        get("Variables").map_or(Some(Vec::new()), |text| serde_json::from_str(text).ok())?;
-    for variable in variables {
+    if let Some(up) = &scene.up {
+        words.push(format!("--up={}", quoted(up)));
+    }
+    for variable in &scene.variables {
         match variable.strip_prefix("frame=") {
             Some(frame) => words.extend(["--frame".into(), quoted(frame)]),
-            None => words.extend(["-D".into(), quoted(&variable)]),
+            None => words.extend(["-D".into(), quoted(variable)]),
         }
     }
     Some(words.join(" "))
