@@ -12,6 +12,10 @@ usage: ./whitted.sh render   build, then render scenes/cornell.toml to cornell.p
                              the system, SwiftShader of Chromium, lavapipe of Debian 13 in a folder of its own
        ./whitted.sh setup    only set up: `cargo build` then compiles the kernels of glsl/ with shaderc
        ./whitted.sh kernels  compile the kernels, and renew glsl/kernels.pack
+       ./whitted.sh fuzz     build the readers for libFuzzer, and run it over them for a minute
+       ./whitted.sh corpus-test
+                             load some thousand models of published packages, which it fetches, and compare them with
+                             trimesh, pictures of some with Embree (needs python3 with venv, npm, pip)
        ./whitted.sh farm-test  build, then run the templates of farm/ on Open Job Description, Slurm and GNU parallel
 
 On Debian and Ubuntu missing packages are installed by apt-get, with sudo if need be. Elsewhere the
@@ -218,7 +222,7 @@ setup() {
 
 main() {
     case "${1:-}" in
-    render | test | devices-test | setup | kernels | farm-test) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
+    render | test | devices-test | setup | kernels | fuzz | corpus-test | farm-test) [ $# -eq 1 ] || { usage >&2; exit 2; } ;;
     -h | --help | help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
     esac
@@ -232,6 +236,8 @@ main() {
         ;;
     test) cargo test --locked --no-fail-fast </dev/null ;;
     devices-test) test_devices ;;
+    fuzz) sh fuzz/run.sh 60 </dev/null ;;
+    corpus-test) python3 tests/corpus/corpus.py --formats gltf,ply,stl,obj </dev/null ;;
     farm-test)
         cargo build --release --locked </dev/null
         sh farm/test.sh </dev/null

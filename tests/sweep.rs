@@ -44,6 +44,67 @@ fn plan(folder: &Path, over: &[&str]) -> Plan {
     }
 }
 
+/// A watch whose observers all cancel after some progress.
+struct Short(Rc<RefCell<usize>>);
+
+struct Ends(Rc<RefCell<usize>>);
+
+impl Observer for Ends {
+    fn progress(&mut self, _done: u64, _total: u64) {
+        let mut left = self.0.borrow_mut();
+        *left = left.saturating_sub(1);
+    }
+    fn cancelled(&self) -> bool {
+        *self.0.borrow() == 0
+    }
+}
+
+impl Watch for Short {
+    fn begin(&mut self, _what: &str) -> Box<dyn Observer> {
+        Box::new(Ends(Rc::clone(&self.0)))
+    }
+    fn say(&mut self, _line: &str) {}
+}
+
+/// A point that is cut short goes on where it was; one whose picture is damaged is rendered again.
+#[test]
+fn no_point_is_lost_in_its_middle() {
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let cut = |folder: &Path| {
+        let mut plan = plan(folder, &["samples=3000"]);
+        plan.base.schedule.batch_samples = Some(100);
+        plan.truth_samples = 64;
+        plan
+    };
+    let at_once = sweep(&cut(whole.path()));
+    let states = || {
+        let entries = fs::read_dir(parts.path().join("points")).unwrap().map(|e| e.unwrap().path());
+        entries.filter(|p| p.extension().is_some_and(|e| e == "partial")).collect::<Vec<_>>()
+    };
+    let plan = cut(parts.path());
+    let mut renderer = renderer();
+    let ended = run(&mut renderer, &plan, &mut Short(Rc::new(RefCell::new(3))));
+    assert!(matches!(ended, Err(SweepError::Stopped)), "{ended:?}");
+    assert_eq!((states().len(), stored(parts.path()).rows.len()), (1, 0));
+    let mut resumed = Counting::new(usize::MAX);
+    let done = run(&mut renderer, &plan, &mut resumed).unwrap();
+    assert_eq!(done.rows[0].image.linear_sha256, at_once.rows[0].image.linear_sha256);
+    assert!(states().is_empty());
+
+    // A damaged state only costs time, and a picture with one wrong bit is none.
+    fs::write(parts.path().join("points").join(format!("{}.partial", done.rows[0].key)), b"state").unwrap();
+    let picture = parts.path().join(&done.rows[0].image.file);
+    let mut bytes = fs::read(&picture).unwrap();
+    let middle = bytes.len() * 3 / 4;
+    bytes[middle] ^= 4;
+    fs::write(&picture, bytes).unwrap();
+    let mut mended = Counting::new(usize::MAX);
+    let again = run(&mut renderer, &plan, &mut mended).unwrap();
+    assert_eq!(mended.points(), 1);
+    assert_eq!(again.rows[0].image.linear_sha256, at_once.rows[0].image.linear_sha256);
+    assert!(states().is_empty());
+}
+
 /// Lets `left` observers run to their ends and cancels from the next one on; notes what was begun.
 #[derive(Clone)]
 struct Counting {

@@ -3,17 +3,13 @@
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::{ImageSoFar, Observer, Payload, RenderError, ResumeState, State, Sums};
+use crate::render::{Checkpoints, Observer, Payload, RenderError, ResumeState, State, Sums};
 use crate::report::Report;
 use anyhow::{Context, anyhow};
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-
-/// Share of the time that writing states may take.
-const WRITING: f64 = 0.05;
 
 /// Reads a state of any kind of render.
 fn read<P: Payload>(path: &Path) -> io::Result<ResumeState<P>> {
@@ -150,68 +146,28 @@ pub(super) fn remove(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// An observer that writes the state of long work every few seconds: whatever ends the process, no more is lost.
-pub(super) struct Keeper<'a> {
+/// An observer that writes the state of long work to `file` every `seconds`; not at all if there is no file, or `seconds` is
+/// 0. A state that cannot be written is a warning, once: the render may yet be finished.
+pub(super) fn checkpoints<'a>(
     observer: &'a mut dyn Observer,
     file: Option<&'a StateFile>,
-    every: Duration,
-    due: Instant,
-    failed: bool,
-}
-
-impl<'a> Keeper<'a> {
-    /// Writes to `file` every `seconds`; not at all if there is no file, or `seconds` is 0.
-    pub(super) fn new(
-        observer: &'a mut dyn Observer,
-        file: Option<&'a StateFile>,
-        seconds: f64,
-    ) -> Keeper<'a> {
-        let file = file.filter(|_| seconds > 0.0);
-        let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
-        Keeper { observer, file, every, due: after(every), failed: false }
-    }
-}
-
-/// A time in the future, however far.
-fn after(time: Duration) -> Instant {
-    let now = Instant::now();
-    now.checked_add(time).unwrap_or(now + Duration::from_secs(1 << 30))
-}
-
-impl Observer for Keeper<'_> {
-    fn progress(&mut self, done: u64, total: u64) {
-        self.observer.progress(done, total);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled()
-    }
-
-    fn watches(&self) -> bool {
-        self.observer.watches()
-    }
-
-    fn image(&mut self, so_far: &ImageSoFar<'_>) {
-        self.observer.image(so_far);
-    }
-
-    fn wants_state(&self) -> bool {
-        self.file.is_some() && Instant::now() >= self.due
-    }
-
-    fn keep(&mut self, state: &dyn State) {
-        let Some(file) = self.file else { return };
-        let start = Instant::now();
-        if let Err(error) = file.write(state)
-            && !self.failed
-        {
-            self.failed = true;
-            // The render may yet be finished. A closed standard error must not end it either.
-            let name = file.to.display();
-            let _ = writeln!(io::stderr(), "warning: the state cannot be kept in {name}: {error}");
-        }
-        self.due = after(self.every.max(start.elapsed().div_f64(WRITING)));
-    }
+    seconds: f64,
+) -> Checkpoints<'a> {
+    let write = file.map(|file| {
+        let mut failed = false;
+        let write: Box<dyn FnMut(&dyn State) + 'a> = Box::new(move |state| {
+            if let Err(error) = file.write(state)
+                && !failed
+            {
+                failed = true;
+                // A closed standard error must not end the render either.
+                let name = file.to.display();
+                let _ = writeln!(io::stderr(), "warning: the state cannot be kept in {name}: {error}");
+            }
+        });
+        write
+    });
+    Checkpoints::new(observer, write, seconds)
 }
 
 /// The state of a finished image: `OUT.state`, or a share, which is its own.

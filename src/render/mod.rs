@@ -1,6 +1,7 @@
 //! Settings and a scene in, an image and a report out.
 
 mod batches;
+mod checkpoints;
 mod compiled;
 mod convergence;
 mod draw;
@@ -21,8 +22,10 @@ mod survey;
 mod tally;
 mod trial;
 mod upload;
+mod variants;
 
 pub(crate) use batches::mean;
+pub use checkpoints::Checkpoints;
 pub(crate) use compiled::compiled;
 pub use convergence::Convergence;
 pub use error::RenderError;
@@ -39,7 +42,7 @@ pub use trial::{Run, Trial};
 use crate::image::{self, SaveError, View};
 #[cfg(feature = "defects")]
 use crate::kernel::defects::Defect;
-use crate::kernel::table::{Kernel, KernelSet};
+use crate::kernel::table::KernelSet;
 use crate::plan::explain::explain;
 use crate::plan::host_memory::{self, HostWork};
 use crate::plan::{Plan, PlannedScene, Purpose};
@@ -53,10 +56,10 @@ use crate::vk::{Device, Pipelines};
 pub(crate) use batches::Batches;
 use precision::Chosen;
 use self_test::SelfTest;
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
+use variants::Variants;
 
 /// An image with the story of its making.
 #[derive(Debug, Clone)]
@@ -132,14 +135,10 @@ impl Observer for Quiet {
     }
 }
 
-/// What kernels are compiled for: double precision or not, which they are, specialisation constants by id.
-type Variant = (bool, Vec<Kernel>, Vec<(u32, u32)>);
-
 /// A device, ready to render.
 pub struct Renderer {
     device: Rc<Device>,
-    /// Kernel variants built so far, by precision and specialisation.
-    variants: BTreeMap<Variant, Rc<Pipelines>>,
+    variants: Variants,
     arithmetic: SelfTest,
     opened: Duration,
     kernels: KernelSet,
@@ -174,7 +173,7 @@ impl Renderer {
         Ok(Renderer {
             device,
             arithmetic,
-            variants: BTreeMap::new(),
+            variants: Variants::default(),
             opened: start.elapsed(),
             kernels: KernelSet::SHIPPED,
             recipe: Recipe::of,
@@ -248,7 +247,7 @@ impl Renderer {
     /// From now on renders without the barrier after `kernel`, for a test of the validation.
     #[cfg(feature = "defects")]
     #[doc(hidden)]
-    pub fn omit_barrier_after(&mut self, kernel: Kernel) {
+    pub fn omit_barrier_after(&mut self, kernel: crate::kernel::table::Kernel) {
         self.kernels = KernelSet::without_barrier_after(kernel);
         self.variants.clear();
     }
@@ -373,10 +372,10 @@ impl Renderer {
         let (kernels, s) = (plan.kernels(), &plan.specialisation);
         let key = (double, kernels.clone(), self.kernels.values(s));
         if let Some(found) = self.variants.get(&key) {
-            return Ok((Rc::clone(found), false));
+            return Ok((found, false));
         }
         let built = Rc::new(Pipelines::new(&self.device, self.kernels, kernels.into_iter(), s, double)?);
-        self.variants.insert(key, Rc::clone(&built));
+        self.variants.keep(key, Rc::clone(&built));
         Ok((built, true))
     }
 }

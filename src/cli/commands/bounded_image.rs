@@ -9,7 +9,7 @@ use crate::cli::delivery::{self, Deliver, Delivered};
 use crate::cli::failure::Failure;
 use crate::cli::progress::{Progress, Style};
 use crate::cli::read;
-use crate::cli::state::{Keeper, StateFile};
+use crate::cli::state::{StateFile, checkpoints};
 use crate::cli::surfaces::FirstSurfaces;
 use crate::image::Format;
 use crate::render::Rendered;
@@ -107,7 +107,7 @@ pub(super) fn run(
     };
     let mut progress = Progress::new(style(args, console), &label);
     let (known, reference) = compared(reference.as_ref(), &mut progress, |observer| {
-        let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
+        let keeper = &mut checkpoints(observer, state.as_ref(), args.checkpoint);
         match earlier {
             Some(earlier) => renderer.resume_bounded(&scene, &settings, &request, earlier, keeper),
             None => renderer.render_bounded_with(&scene, &settings, &request, keeper),

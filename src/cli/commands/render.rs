@@ -11,7 +11,7 @@ use crate::cli::delivery::{
 use crate::cli::failure::Failure;
 use crate::cli::progress::{self, Progress, Style};
 use crate::cli::read;
-use crate::cli::state::{Keeper, KeptState, StateFile};
+use crate::cli::state::{KeptState, StateFile, checkpoints};
 use crate::cli::surfaces::{self, FirstSurfaces};
 use crate::image::{Bits, Format};
 use crate::lab::receipt::{ReceiptError, measure};
@@ -93,7 +93,7 @@ pub(super) fn picture(
     };
     let mut progress = Progress::new(style, "rendering");
     let (rendered, reference) = compared(reference.as_ref(), &mut progress, |observer| {
-        let keeper = &mut Keeper::new(observer, state.as_ref(), args.checkpoint);
+        let keeper = &mut checkpoints(observer, state.as_ref(), args.checkpoint);
         match earlier {
             Some(earlier) if more => prepared.more(earlier, keeper),
             Some(earlier) => prepared.resume(earlier, keeper),

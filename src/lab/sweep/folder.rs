@@ -6,8 +6,8 @@ use super::row::Row;
 use super::truth::{Identity, Truth};
 use super::truth_tracer::SweepError;
 use crate::atomic_file;
-use crate::image::{Format, Metadata, View};
-use crate::render::Rendered;
+use crate::image::{Format, Metadata, Picture, View, linear_sha256};
+use crate::render::{Rendered, ResumeState, State, Sums};
 use crate::report::Report;
 use std::fs::{self, File};
 use std::io::{self, BufReader, Write};
@@ -85,20 +85,56 @@ impl<'a> Folder<'a> {
         format!("points/{key}.exr")
     }
 
-    /// True if the picture of `row` is stored.
+    /// True if the picture of `row` is stored, every bit of it.
     pub(super) fn has_picture(self, row: &Row) -> bool {
-        self.path(&row.image.file).is_file()
+        self.picture(row).is_ok()
     }
 
     /// The picture of a row: linear RGB, rows from the top.
     pub(super) fn picture(self, row: &Row) -> Result<Vec<[f32; 3]>, SweepError> {
         let path = self.path(&row.image.file);
-        let broken = |error: ::image::ImageError| SweepError::File {
+        let broken = |why: &dyn std::fmt::Display| SweepError::File {
             path: path.clone(),
-            error: io::Error::other(format!("{error}; start over with --fresh")),
+            error: io::Error::other(format!("{why}; the same command renders it again")),
         };
-        let image = ::image::open(&path).map_err(broken)?.into_rgb32f();
-        Ok(image.pixels().map(|p| p.0).collect())
+        let linear = Picture::read(&path).map_err(|error| broken(&error))?.linear;
+        match linear_sha256(&linear) == row.image.linear_sha256 {
+            true => Ok(linear),
+            false => Err(broken(&"the picture is damaged")),
+        }
+    }
+
+    fn state_path(self, key: &str) -> PathBuf {
+        self.path(&format!("points/{key}.partial"))
+    }
+
+    /// What was kept of a point on its way; `None` if there is nothing, or it is damaged.
+    pub(super) fn state(self, key: &str) -> Option<ResumeState<Sums>> {
+        let file = File::open(self.state_path(key)).ok()?;
+        ResumeState::read(&mut BufReader::new(file)).ok()
+    }
+
+    /// Keeps the state of a point.
+    pub(super) fn write_state(self, key: &str, state: &dyn State) -> Result<(), SweepError> {
+        let path = self.state_path(key);
+        atomic_file::write(&path, |out| state.write(out)).map_err(SweepError::file(&path))
+    }
+
+    /// Removes the states of points that are not among the `wanted` keys.
+    pub(super) fn remove_states_but(self, wanted: &[String]) {
+        let Ok(entries) = fs::read_dir(self.path("points")) else { return };
+        for path in entries.flatten().map(|entry| entry.path()) {
+            let key = path.file_stem().unwrap_or_default();
+            let is_state = path.extension().is_some_and(|e| e == "partial");
+            if is_state && !wanted.iter().any(|w| key == w.as_str()) {
+                let _ = fs::remove_file(path);
+            }
+        }
+    }
+
+    /// Removes the state of a point that is done. One that cannot be removed only takes room.
+    pub(super) fn remove_state(self, key: &str) {
+        let _ = fs::remove_file(self.state_path(key));
     }
 
     /// Writes a picture to the file that its report names.

@@ -7,7 +7,8 @@ use super::point::Words;
 use super::record::Record;
 use super::row::{Row, judge};
 use super::run::Work;
-use super::truth::{Identity, REPLICATES, Truth, hidden_by_depth, limit_error};
+use super::timing::WRITE_SECONDS;
+use super::truth::{Identity, REPLICATES, Truth, TruthInfo, hidden_by_depth, limit_error};
 use super::truth_tracer::{SweepError, Tracer, Watched};
 use crate::accuracy::radiance_bound::radiance_limit;
 use crate::accuracy::truncation::TruncationBound;
@@ -18,6 +19,7 @@ use crate::report::ProgramInfo;
 use crate::settings::sampler::Sampler;
 use crate::settings::{Origin, Precision, Settings};
 use crate::units::figure;
+use std::time::Instant;
 
 /// Greatest depth of a truth.
 const DEEPEST: u32 = 64;
@@ -47,6 +49,10 @@ impl Work<'_> {
                 Truth::new(self.identity(depth), hidden)
             }
         };
+        // So that a truth that is cut short is found again.
+        let (identity, truncation) = (truth.identity.clone(), truth.truncation.clone());
+        record.truth = Some(TruthInfo { identity, truncation, ..TruthInfo::default() });
+        self.folder.write_json(record)?;
         let mut tracer = self.tracer(renderer, &self.truth_settings(truth.identity.depth))?;
         if truth.standard_error().is_infinite() {
             self.refine(&mut truth, &mut tracer, 0.0, 0, watch)?;
@@ -166,7 +172,15 @@ impl Work<'_> {
         watch: &mut dyn Watch,
     ) -> Result<(), SweepError> {
         let mut observer = watch.begin("truth");
-        let mut show = |source: &mut Watched<'_>, done, total| source.observer.progress(done, total);
+        let mut written = Instant::now();
+        let mut show = |truth: &Truth, source: &mut Watched<'_>, done, total| {
+            source.observer.progress(done, total);
+            // For a process that is killed; a file that cannot be written is an error at the end.
+            if written.elapsed().as_secs_f64() >= WRITE_SECONDS {
+                drop(self.folder.write_truth(truth));
+                written = Instant::now();
+            }
+        };
         let ended = truth.refine(&mut watched(tracer, observer.as_mut()), target, most, &mut show);
         self.folder.write_truth(truth)?;
         ended

@@ -67,6 +67,7 @@ impl<'a> Work<'a> {
             false => self.folder.record()?.unwrap_or_default(),
         };
         let wanted: Vec<String> = plan.points.iter().map(|p| self.key(p)).collect();
+        self.folder.remove_states_but(if plan.fresh { &[] } else { &wanted });
         record.rows.retain(|row| {
             let there = wanted.contains(&row.key) && self.folder.has_picture(row);
             if !wanted.contains(&row.key) {

@@ -7,14 +7,16 @@ use super::record::Record;
 use super::row::{Measured, Row, Spread};
 use super::run::Work;
 use super::truth_tracer::SweepError;
-use crate::render::{Observer, Rendered, Renderer};
+use crate::render::{Checkpoints, Observer, RenderError, Rendered, Renderer, State};
+use crate::scene::Scene;
+use crate::settings::Settings;
 use crate::units::{plural, seconds};
 use std::time::Instant;
 
 /// A point that takes longer is rendered once, without a warm-up.
 const LONG_SECONDS: f64 = 10.0;
-/// Least time between two writes of the record while points are measured.
-const WRITE_SECONDS: f64 = 5.0;
+/// Least time between two writes of the record, the truth, or the state of a point.
+pub(super) const WRITE_SECONDS: f64 = 5.0;
 
 impl Work<'_> {
     /// Measures the points that have no row yet. After an error the rows measured so far, in this
@@ -70,7 +72,8 @@ impl Work<'_> {
         let scene = point.scene(&self.plan.scene);
         let settings = point.settings(&self.plan.base);
         let mut part = Part { inner: observer, index: 0, of: u64::from(self.plan.repeats) + 1 };
-        let mut last = renderer.render_with(&scene, &settings, &mut part)?;
+        let key = self.key(point);
+        let mut last = self.resumable(renderer, &scene, &settings, &key, &mut part)?;
         let (mut device, mut render) = (Vec::new(), Vec::new());
         let mut note = |r: &Rendered| {
             device.push(r.report.time.device);
@@ -96,11 +99,36 @@ impl Work<'_> {
             device: Spread::of(&device),
             render: Spread::of(&render),
         };
-        let key = self.key(point);
         let mut report = last.report.clone();
         report.image.file = Folder::picture_name(&key);
         self.folder.write_picture(&last, &report)?;
         Ok(Some(Row::new(key, self.name(point), point.words(), report, measured)))
+    }
+
+    /// Renders a point whose state is kept on the way, or goes on with what an earlier run kept of it.
+    fn resumable(
+        &self,
+        renderer: &mut Renderer,
+        scene: &Scene,
+        settings: &Settings,
+        key: &str,
+        observer: &mut dyn Observer,
+    ) -> Result<Rendered, SweepError> {
+        let mut prepared = renderer.prepare(scene, settings)?;
+        // A state that is damaged, or that cannot be written, only costs time.
+        let keep = |state: &dyn State| drop(self.folder.write_state(key, state));
+        let mut rendered = {
+            let observer = &mut Checkpoints::new(observer, Some(Box::new(keep)), WRITE_SECONDS);
+            match self.folder.state(key).map(|earlier| prepared.resume(earlier, observer)) {
+                None | Some(Err(RenderError::Mismatch(_))) => prepared.render_with(observer)?,
+                Some(rendered) => rendered?,
+            }
+        };
+        match rendered.state.take().filter(|_| rendered.done < 1.0) {
+            Some(state) => self.folder.write_state(key, &state)?,
+            None => self.folder.remove_state(key),
+        }
+        Ok(rendered)
     }
 
     /// The swept values of a point, in words.

@@ -129,7 +129,7 @@ impl Truth {
     }
 
     /// Adds samples until the standard error is at most `target`, or every pixel above it has
-    /// `most`. `after` is called after each part with the source, the samples traced and the
+    /// `most`. `after` is called after each part with the truth and the source, the samples traced and the
     /// samples planned in this round.
     ///
     /// # Errors
@@ -139,7 +139,7 @@ impl Truth {
         source: &mut S,
         target: f64,
         most: u32,
-        after: &mut dyn FnMut(&mut S, u64, u64),
+        after: &mut dyn FnMut(&Truth, &mut S, u64, u64),
     ) -> Result<(), S::Error> {
         let most = cap(most);
         loop {
@@ -157,7 +157,7 @@ impl Truth {
                     let traced = source.trace(part, count..count + more)?;
                     self.add(part, &traced, more);
                     done += part.len() as u64 * u64::from(more);
-                    after(source, done, planned);
+                    after(self, source, done, planned);
                 }
             }
         }
