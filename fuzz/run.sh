@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 build=target/fuzz
 inputs=$build/inputs
 bytes=${FUZZ_BYTES:-4096}
-most=300
+most=200
 all='scene obj mtl gltf ply stl nff picture state hierarchy truth records report'
 
 say() { printf '%s\n' "fuzz: $*" >&2; }
@@ -59,7 +59,7 @@ fuzz() {
     [ -z "$failed" ] || { say "broken:$failed; the inputs are in fuzz/found"; exit 1; }
 }
 
-# The smallest set of inputs with the coverage of all, cut to $most, packed so that equal sets are equal files.
+# A small set of inputs with the coverage of all, of which $most of all sizes are packed, so that equal sets are equal files.
 keep() {
     for name; do
         unpack "$name"
@@ -69,7 +69,8 @@ keep() {
         (
             cd "$inputs/$name.kept"
             # shellcheck disable=SC2012 # names are hashes
-            ls -S -r | head -n $most | LC_ALL=C sort >../names
+            ls -S -r | awk -v most=$most '{ name[NR] = $0 }
+                END { for (i = 0; i < most && i < NR; i++) print name[1 + int(i * (NR > most ? NR / most : 1))] }' | LC_ALL=C sort >../names
             tar --owner=0 --group=0 --numeric-owner --mode=644 --mtime=@0 --format=ustar -cf "$OLDPWD/fuzz/corpus/$name.tar" -T ../names
         )
         say "$name: $(tar -tf "fuzz/corpus/$name.tar" | wc -l) inputs kept"

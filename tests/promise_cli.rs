@@ -299,3 +299,27 @@ fn an_interrupted_budget_resumes_to_the_same_image() {
     assert_eq!(resumed["error"], whole["error"]);
     assert_eq!(resumed["rays"], whole["rays"]);
 }
+
+/// A picture that is known to be wrong is never a success: a light so bright that single precision ends.
+#[test]
+fn pixels_beyond_single_precision_are_exit_code_8_or_7() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[camera]\nlook_from = [0.001, 2, 0]\nlook_at = [0, 0, 0]\n\
+        [[light]]\nposition = [0, 0.3, 0]\nintensity = 3e38\n[material.a]\ndiffuse = [1, 1, 1]\n\
+        [[polygon]]\nvertices = [[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2]]\nmaterial = \"a\"\n";
+    std::fs::write(folder.path().join("s.toml"), text).unwrap();
+    let run = |words: &str, code: i32| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
+        command.current_dir(folder.path()).args(words.split_whitespace()).env("WHITTED_DEVICE", "cpu");
+        let output = command.assert().code(code).get_output().clone();
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let options = "--size 30x25 --samples 4 -q";
+    assert!(run(&format!("render s.toml -o a.exr {options}"), 8).contains("are not finite"));
+    assert!(run(&format!("render s.toml -o a.exr {options} --budget"), 7).contains("are not finite"));
+    for share in 1..=2 {
+        run(&format!("render s.toml -o {share}.share --share {share}/2 {options}"), 8);
+    }
+    assert!(run("merge 1.share 2.share -o m.exr -q", 8).contains("are not finite"));
+    assert!(folder.path().join("m.exr").exists(), "it is there to be looked at");
+}

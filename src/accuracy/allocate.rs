@@ -35,8 +35,12 @@ const LEAST_PILOT: u32 = 2;
 const PILOT_UNSEEN: f64 = 0.5;
 
 /// Samples for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
-/// refused, and the image gets what the rest of its error asks for.
+/// refused, and the image gets what the rest of its error asks for, up to [`REFUSED_MOST`].
 const PRICE: f64 = 4096.0;
+
+/// Most samples of a pixel once the promise is refused: what is too bright to be excluded is also too bright to be averaged
+/// out, and a picture without its promise is not worth minutes.
+const REFUSED_MOST: u32 = 256;
 
 /// A class joins a step that another leads if it gains at least this much as much per ray: the leader's own
 /// next doubling would gain `DOUBLED / 2`.
@@ -542,6 +546,9 @@ impl Allocation {
             })
             .collect();
         self.refused = self.is_too_dear();
+        if self.refused {
+            self.goal.most = self.goal.most.min(REFUSED_MOST).max(self.goal.pilot);
+        }
     }
 
     /// What the neighbours of pixel `p` say of it: whether they are of one path tree (0), of several

@@ -47,7 +47,10 @@ impl Code {
             Code::Unmet,
             "render: --error, --time or --budget could not be kept; the image is saved, the message says why",
         ),
-        (Code::Unsound, "render: rays were not finite or were lost; the image is saved and may be wrong"),
+        (
+            Code::Unsound,
+            "render: rays or pixels were not finite, or rays were lost; the image is saved and may be wrong",
+        ),
         (Code::Interrupted, "interrupted; what was done is saved"),
     ];
 }

@@ -89,6 +89,24 @@ impl Rendered {
         let view = View { width: self.width, height: self.height, linear: &self.linear };
         image::save(path.as_ref(), view, &self.report, self.done)
     }
+
+    /// Why the image is known to be wrong; `None` if nothing is: rays that were lost or not finite, or pixels beyond what
+    /// single precision holds.
+    pub fn fault(&self) -> Option<String> {
+        self.report.counters.lost().or_else(|| not_finite(&self.linear))
+    }
+}
+
+/// Why an image with pixels that are no finite numbers is wrong.
+pub(crate) fn not_finite(linear: &[[f32; 3]]) -> Option<String> {
+    let count = linear.iter().filter(|pixel| pixel.iter().any(|channel| !channel.is_finite())).count();
+    (count > 0).then(|| format!("{} not finite: their error is unknown", are(count)))
+}
+
+/// "1 pixel is", "7 pixels are".
+fn are(count: usize) -> String {
+    let pixels = crate::units::plural(count as u64, "pixel");
+    format!("{pixels} {}", if count == 1 { "is" } else { "are" })
 }
 
 /// Sees the progress of a render between submits, and may end it.

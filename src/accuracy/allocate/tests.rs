@@ -274,8 +274,7 @@ fn one_pixel_and_a_flat_image_end() {
 fn a_promise_that_costs_too_much_is_refused_after_the_pilot() {
     let side = 16;
     let picture = picture(Kind::Edges, side, 3);
-    let target = 0.02;
-    let run_with = |radiance: f32| {
+    let run_with = |radiance: f32, target: f64| {
         let caps = Caps::uniform(Cap { radiance, area: 0.01, ..Cap::WHITE });
         let goal = Goal::for_target(target, CONFIDENCE, (side * side) as usize, &caps, 1 << 16);
         let mut allocation = Allocation::new(side, side, 1, goal, caps);
@@ -285,8 +284,11 @@ fn a_promise_that_costs_too_much_is_refused_after_the_pilot() {
         let each = allocation.samples() as f64 / f64::from(side * side);
         (allocation.is_refused(), each, allocation.bound().unwrap().bound)
     };
-    let (refused, each, bound) = run_with(100.0);
-    assert!(!refused && bound <= target && each > 500.0, "{each} {bound}");
-    let (refused, each, bound) = run_with(1e5);
-    assert!(refused && bound > target && each < 100.0, "{each} {bound}");
+    let (refused, each, bound) = run_with(100.0, 0.02);
+    assert!(!refused && bound <= 0.02 && each > 500.0, "{each} {bound}");
+    let (refused, each, bound) = run_with(1e5, 0.02);
+    assert!(refused && bound > 0.02 && each < 100.0, "{each} {bound}");
+    // Nor is the rest sampled for ever.
+    let (refused, each, _) = run_with(1e5, 1e-5);
+    assert!(refused && each <= f64::from(REFUSED_MOST), "{each}");
 }

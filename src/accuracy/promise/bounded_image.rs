@@ -5,7 +5,7 @@ use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{self, Format, SaveError, View, linear_sha256};
-use crate::render::{Observer, ResumeState, Survey};
+use crate::render::{Observer, ResumeState, Survey, not_finite};
 use crate::report::{ErrorInfo, Report, TimeInfo};
 use std::path::Path;
 use std::time::Duration;
@@ -224,10 +224,4 @@ impl Task<'_> {
         image.report.image.linear_sha256 = linear_sha256(&image.linear());
         image
     }
-}
-
-/// Why an image with pixels that are no numbers has no error bound.
-fn not_finite(linear: &[[f32; 3]]) -> Option<String> {
-    let count = linear.iter().filter(|pixel| pixel.iter().any(|channel| !channel.is_finite())).count();
-    (count > 0).then(|| format!("{count} pixels are not finite: their error is unknown"))
 }

@@ -52,8 +52,8 @@ pub fn run(args: &MergeArgs, started: Instant, console: &mut Console) -> Result<
     for line in text::warnings(report) {
         console.say(&line);
     }
-    match report.counters.lost() {
-        Some(why) => Err(Failure::Unsound(format!("{why}; it is in {}", report.image.file))),
+    match rendered.fault() {
+        Some(why) => Err(Failure::Unsound(format!("{why}; it is in {}", path.display()))),
         None => Ok(()),
     }
 }

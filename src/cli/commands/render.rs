@@ -148,6 +148,7 @@ pub(super) fn picture(
         (_, Some(kept), Some(finished)) if complete => kept.write(&finished).map(|()| None),
         _ => Ok(None),
     };
+    let fault = rendered.fault();
     let deliver = Deliver { args, format, layers: &[], surfaces: &surfaces, before, complete };
     let Delivered { report, kept: said } = deliver.deliver(rendered, started, keep, console)?;
     if !complete {
@@ -166,7 +167,7 @@ pub(super) fn picture(
         remove_unfinished(args, state)?;
     }
     validated(&renderer.validation_messages(), console)?;
-    match report.counters.lost() {
+    match fault {
         Some(why) => Err(Failure::Unsound(format!("{why}; it is in {}", report.image.file))),
         None => Ok(()),
     }
