@@ -307,7 +307,7 @@ fn pixels_beyond_single_precision_are_exit_code_8_or_7() {
     let text = "[camera]\nlook_from = [0.001, 2, 0]\nlook_at = [0, 0, 0]\n\
         [[light]]\nposition = [0, 0.3, 0]\nintensity = 3e38\n[material.a]\ndiffuse = [1, 1, 1]\n\
         [[polygon]]\nvertices = [[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2]]\nmaterial = \"a\"\n";
-    std::fs::write(folder.path().join("s.toml"), text).unwrap();
+    fs::write(folder.path().join("s.toml"), text).unwrap();
     let run = |words: &str, code: i32| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
         command.current_dir(folder.path()).args(words.split_whitespace()).env("WHITTED_DEVICE", "cpu");

@@ -3,7 +3,9 @@
 use super::console::Console;
 use super::failure::Failure;
 use crate::atomic_file;
-use crate::render::{Checkpoints, Observer, Payload, RenderError, ResumeState, State, Sums};
+use crate::render::{
+    Checkpoints, Observer, Payload, RenderError, ResumeState, State, Sums, Write as WriteState,
+};
 use crate::report::Report;
 use anyhow::{Context, anyhow};
 use std::fmt::Display;
@@ -155,7 +157,7 @@ pub(super) fn checkpoints<'a>(
 ) -> Checkpoints<'a> {
     let write = file.map(|file| {
         let mut failed = false;
-        let write: Box<dyn FnMut(&dyn State) + 'a> = Box::new(move |state| {
+        let write: WriteState<'a> = Box::new(move |state| {
             if let Err(error) = file.write(state)
                 && !failed
             {

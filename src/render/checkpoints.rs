@@ -6,21 +6,20 @@ use std::time::{Duration, Instant};
 /// Share of the time that writing states may take.
 const WRITING: f64 = 0.05;
 
+/// Writes a state.
+pub type Write<'a> = Box<dyn FnMut(&dyn State) + 'a>;
+
 /// An observer that also writes states.
 pub struct Checkpoints<'a> {
     observer: &'a mut dyn Observer,
-    write: Option<Box<dyn FnMut(&dyn State) + 'a>>,
+    write: Option<Write<'a>>,
     every: Duration,
     due: Instant,
 }
 
 impl<'a> Checkpoints<'a> {
     /// Calls `write` every `seconds`, more rarely if that takes long; never if there is none, or `seconds` is 0.
-    pub fn new(
-        observer: &'a mut dyn Observer,
-        write: Option<Box<dyn FnMut(&dyn State) + 'a>>,
-        seconds: f64,
-    ) -> Checkpoints<'a> {
+    pub fn new(observer: &'a mut dyn Observer, write: Option<Write<'a>>, seconds: f64) -> Checkpoints<'a> {
         let write = write.filter(|_| seconds > 0.0);
         let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         Checkpoints { observer, write, every, due: after(every) }

@@ -25,7 +25,7 @@ mod upload;
 mod variants;
 
 pub(crate) use batches::mean;
-pub use checkpoints::Checkpoints;
+pub use checkpoints::{Checkpoints, Write};
 pub(crate) use compiled::compiled;
 pub use convergence::Convergence;
 pub use error::RenderError;

@@ -87,7 +87,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene or a model to an image
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Join the shares of a picture
     Merge(MergeArgs),
     /// Draw again what a report describes, and say whether the picture is the same

@@ -74,10 +74,10 @@ fn a_surface_that_faces_the_key_light_is_as_bright_as_its_colour() {
 
 #[test]
 fn up_is_that_of_the_format() {
-    assert_eq!(up_axis(Path::new("a.obj")), DVec3::Y);
+    assert_eq!(up_axis(Path::new("a.obj")), Axis::Y);
     assert_eq!(view(SHAPES[3].0, SHAPES[3].1, None).camera.up, DVec3::Z);
-    assert_eq!(up_axis(Path::new("a.STL")), DVec3::Z);
-    assert_eq!(up_axis(Path::new("a.glb")), DVec3::Y);
+    assert_eq!(up_axis(Path::new("a.STL")), Axis::Z);
+    assert_eq!(up_axis(Path::new("a.glb")), Axis::Y);
 }
 
 const WITH_VIEW: &str =

@@ -34,7 +34,7 @@ impl Tape {
 fn arguments(words: &[&str]) -> RenderArgs {
     let all = ["whitted", "render", "a.toml"].iter().chain(words);
     let Command::Render(args) = Cli::try_parse_from(all).unwrap().command else { panic!("render expected") };
-    args
+    *args
 }
 
 fn own_settings(args: &RenderArgs, scene: &Scene) -> Result<Settings, Failure> {
@@ -64,7 +64,8 @@ fn deliver_to(folder: &Path, more: &[&str], done: f64) -> (Result<(), Failure>, 
     let Verbosity { quiet, verbose } = args.verbosity;
     let mut console = Console::on(Box::new(tape.clone()), Verbosity { quiet, verbose });
     let format = check(&args, None).unwrap();
-    let deliver = Deliver { args: &args, format, layers: &[], before: 0.0, complete: done == 1.0 };
+    let surfaces = &FirstSurfaces::default();
+    let deliver = Deliver { args: &args, format, layers: &[], surfaces, before: 0.0, complete: done == 1.0 };
     let delivered = deliver.deliver(rendered(done), Instant::now(), |_| Ok(None), &mut console);
     let result = delivered.and_then(|Delivered { report, kept }| match done {
         1.0 => Ok(()),

@@ -47,7 +47,7 @@ fn noisy_half(pixel: u32) -> f64 {
 fn it_stops_at_the_target_and_spends_samples_where_the_noise_is() {
     let mut truth = Truth::new(identity(), None);
     let mut source = Noisy { noise: noisy_half, traced: 0 };
-    truth.refine(&mut source, 1e-3, 1 << 20, &mut |_, _, _| ()).unwrap();
+    truth.refine(&mut source, 1e-3, 1 << 20, &mut |_, _, _, _| ()).unwrap();
     let info = truth.info(0.02);
     // Half of the pixels, one channel of three: sigma^2 / n / 6 = target^2 wants n = 1667, so 2048, or twice that where
     // chance makes the estimate too high.
@@ -65,11 +65,11 @@ fn it_stops_at_the_target_and_spends_samples_where_the_noise_is() {
 fn the_cap_holds_and_a_later_run_goes_on() {
     let mut truth = Truth::new(identity(), None);
     let mut source = Noisy { noise: noisy_half, traced: 0 };
-    truth.refine(&mut source, 1e-9, 300, &mut |_, _, _| ()).unwrap();
+    truth.refine(&mut source, 1e-9, 300, &mut |_, _, _, _| ()).unwrap();
     assert_eq!(truth.info(1.0).samples_most, 288);
-    truth.refine(&mut source, 1e-9, 1024, &mut |_, _, _| ()).unwrap();
+    truth.refine(&mut source, 1e-9, 1024, &mut |_, _, _, _| ()).unwrap();
     let mut whole = Truth::new(identity(), None);
-    whole.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-9, 1024, &mut |_, _, _| ()).unwrap();
+    whole.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-9, 1024, &mut |_, _, _, _| ()).unwrap();
     assert_eq!(truth.info(1.0).samples_most, whole.info(1.0).samples_most);
     for (a, b) in truth.linear().iter().zip(whole.linear()) {
         assert!(a.distance(b) < 1e-12);
@@ -82,7 +82,7 @@ fn what_is_saved_comes_back_and_another_or_a_damaged_one_does_not() {
         identity(),
         Some(truncation([([0.5; 3], 0.25)], &RadianceLimit { rgb: [1.0; 3], unbounded: None })),
     );
-    truth.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-3, 256, &mut |_, _, _| ()).unwrap();
+    truth.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-3, 256, &mut |_, _, _, _| ()).unwrap();
     let mut bytes = Vec::new();
     truth.save(&mut bytes).unwrap();
     let load = |bytes: &[u8], identity: &Identity| Truth::load(&mut &bytes[..], identity).unwrap();
