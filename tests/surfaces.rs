@@ -182,6 +182,19 @@ fn whitted_compare(a: &std::path::Path, b: &std::path::Path) {
     assert!(said.contains("transparent"), "{said}");
 }
 
+/// A picture of too short a time has less than one sample per pixel: it is written all the same, with its layers.
+#[test]
+fn a_picture_without_samples_keeps_its_layers() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("s.toml"), SCENE).unwrap();
+    let mut command = Command::cargo_bin("whitted").unwrap();
+    command.arg("render").arg(at("s.toml")).arg("-o").arg(at("a.png"));
+    command.args(["--device", "cpu", "-q", "--size", "600x400", "--time", "0.001", "--layers", "z"]);
+    command.assert().code(7);
+    assert!(at("a.png").exists() && at("a.z.png").exists());
+}
+
 #[test]
 fn what_does_not_go_together_is_said() {
     let folder = tempfile::tempdir().unwrap();

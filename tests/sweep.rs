@@ -91,7 +91,7 @@ fn no_point_is_lost_in_its_middle() {
     assert_eq!(done.rows[0].image.linear_sha256, at_once.rows[0].image.linear_sha256);
     assert!(states().is_empty());
 
-    // A damaged state only costs time, and a picture with one wrong bit is none.
+    // A damaged state is ignored, and a picture with one wrong bit is rendered again.
     fs::write(parts.path().join("points").join(format!("{}.partial", done.rows[0].key)), b"state").unwrap();
     let picture = parts.path().join(&done.rows[0].image.file);
     let mut bytes = fs::read(&picture).unwrap();

@@ -7,7 +7,7 @@ use crate::accuracy::promise::Layer;
 use crate::image::{Format, Metadata};
 use crate::lab::surface_pictures::{self, SurfacePicture};
 use crate::render::{Rendered, Renderer, SurfaceLayer, Surfaces};
-use crate::report::Report;
+use crate::report::{Report, SettingsInfo};
 use crate::scene::Scene;
 use crate::settings::Schedule;
 use anyhow::Context;
@@ -42,7 +42,9 @@ impl FirstSurfaces {
             return Ok(Some(FirstSurfaces::default()));
         }
         let schedule = Schedule { share: Default::default(), ..args.schedule.schedule() };
-        let settings = report.settings.to_settings(schedule).map_err(|why| anyhow::anyhow!(why))?;
+        // A picture of --time may have less than one sample per pixel.
+        let chosen = SettingsInfo { samples: report.settings.samples.max(1), ..report.settings.clone() };
+        let settings = chosen.to_settings(schedule).map_err(|why| anyhow::anyhow!(why))?;
         let mut progress = Progress::new(style, "first surfaces");
         let found = renderer.surfaces(scene, &settings, args.alpha, &args.layers, &mut progress)?;
         let background = scene.render.background.as_vec3().to_array();

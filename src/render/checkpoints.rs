@@ -18,7 +18,8 @@ pub struct Checkpoints<'a> {
 }
 
 impl<'a> Checkpoints<'a> {
-    /// Calls `write` every `seconds`, more rarely if that takes long; never if there is none, or `seconds` is 0.
+    /// Calls `write` every `seconds`, or less often where writing would take more than a twentieth of the time. Without
+    /// `write`, or with 0 `seconds`, no state is written.
     pub fn new(observer: &'a mut dyn Observer, write: Option<Write<'a>>, seconds: f64) -> Checkpoints<'a> {
         let write = write.filter(|_| seconds > 0.0);
         let every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);

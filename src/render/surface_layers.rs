@@ -6,6 +6,7 @@ use crate::scene::{Material, Scene};
 use crate::settings::{Settings, SurfaceSums};
 use glam::DVec3;
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 /// A layer: numbers of the first surface behind each pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,7 +16,7 @@ pub enum SurfaceLayer {
     /// Shading normal in the scene's space, on the side of the eye: mean over the samples that meet a surface; not of length
     /// 1 at edges. Zeros where none does.
     Normal,
-    /// Diffuse colour, linear RGB: mean over all samples, of which those that meet nothing add 0.
+    /// Diffuse colour, linear RGB: mean over all samples. A sample that meets no surface counts as black.
     Albedo,
     /// Number of the object at the pixel's centre, from 1: polygons, then spheres, then meshes, in the scene's order. 0 for
     /// nothing.
@@ -43,6 +44,15 @@ impl SurfaceLayer {
             SurfaceLayer::Object => "object",
             SurfaceLayer::Material => "material",
         }
+    }
+}
+
+impl FromStr for SurfaceLayer {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SurfaceLayer, String> {
+        let names = || SurfaceLayer::ALL.map(SurfaceLayer::name).join(", ");
+        SurfaceLayer::ALL.into_iter().find(|l| l.name() == text).ok_or_else(|| format!("one of {}", names()))
     }
 }
 

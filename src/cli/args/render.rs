@@ -67,7 +67,13 @@ pub struct RenderArgs {
     pub alpha: bool,
 
     /// Also write what the first surfaces are: any of z (distance along the view), normal, albedo, object, material (their numbers); as channels of an EXR, as OUT.LAYER.png beside other formats
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = values::surface_layer, conflicts_with = "share", help_heading = "Output")]
+    #[arg(
+        long,
+        value_name = "LAYERS",
+        value_delimiter = ',',
+        conflicts_with = "share",
+        help_heading = "Output"
+    )]
     pub layers: Vec<SurfaceLayer>,
 
     /// Write times, rays and settings as JSON

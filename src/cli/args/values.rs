@@ -1,19 +1,12 @@
 //! Values of options, checked as they are read.
 
 use crate::image::Format;
-use crate::render::SurfaceLayer;
 use crate::scene::{MAX_DEPTH, MAX_SAMPLES, is_name};
 use crate::settings::DeviceChoice;
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
-
-/// A surface layer, by its name.
-pub fn surface_layer(text: &str) -> Result<SurfaceLayer, String> {
-    let names = || SurfaceLayer::ALL.map(SurfaceLayer::name).join(", ");
-    SurfaceLayer::ALL.into_iter().find(|l| l.name() == text).ok_or_else(|| format!("one of {}", names()))
-}
 
 /// Where the image goes.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -132,7 +132,8 @@ fn then(path: &Path) -> Result<Report, Failure> {
     Ok(then)
 }
 
-/// True if `then`, of which a picture tells a part, is this device under this driver.
+/// True if `now` has the name, driver and Vulkan version of `then`. The metadata of a picture has no type: an empty one
+/// matches any.
 fn is_device(now: &DeviceInfo, then: &DeviceInfo) -> bool {
     let kind = then.kind.is_empty() || then.kind == now.kind;
     kind && (&now.name, &now.driver, &now.api) == (&then.name, &then.driver, &then.api)
