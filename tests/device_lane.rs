@@ -188,7 +188,6 @@ fn a_picture_of_another_device_is_verified(lane: &Lane) {
         for named in ["files/report.json", "files/image.png"] {
             let said = both(&lane.run(&["verify", named], &[]));
             assert!(said.contains("same bits") || said.contains("within the bound"), "{scene}: {said}");
-            println!("{scene}, {named}: {said}");
         }
         // Row 3, column 7.
         let picture = Picture::read(lane.files().join("image.png")).unwrap();
