@@ -12,7 +12,7 @@ scene=$here/../scenes/cornell_glass.toml
 work=$(mktemp -d)
 export WORK="$work"
 shares=5
-options="--size 160x120 --samples 300 --depth 6 --seed 3 --checkpoint 0.2"
+options="--size 160x120 --samples 2000 --depth 6 --seed 3 --checkpoint 0.2"
 # Seconds that one engine may take.
 limit=${FARM_TEST_SECONDS:-420}
 failed=0
@@ -72,7 +72,7 @@ left() {
 }
 
 openjd_run() {
-    timeout "$limit" "$openjd" run "$here/openjd/whitted.yaml" --step Merge --run-dependencies -p "Scene=$scene" \
+    timeout -k 20 "$limit" "$openjd" run "$here/openjd/whitted.yaml" --step Merge --run-dependencies -p "Scene=$scene" \
         -p "Out=$work/openjd.exr" -p "Shares=$shares" -p "Options=$options" -p "Program=$1"
 }
 
@@ -156,7 +156,7 @@ test_parallel() {
     mkdir "$work/parallel.exr.shares"
     # shellcheck disable=SC2086 # options are words
     one() {
-        (cd "$work/parallel.exr.shares" && timeout "$limit" parallel --will-cite --jobs 1 --joblog log --resume-failed \
+        (cd "$work/parallel.exr.shares" && timeout -k 20 "$limit" parallel --will-cite --jobs 1 --joblog log --resume-failed \
             "$work/bad" render "$scene" $options -q --resume --share "{}/$shares" -o "{}.share" ::: $(seq "$shares"))
     }
     one &
