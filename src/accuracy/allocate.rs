@@ -11,74 +11,26 @@
 //! Each step doubles where the bound falls most per ray (Neyman's rule, taken greedily), so that a prefix of
 //! the work is the best use of a prefix of the time.
 
+mod choice;
+mod class;
+mod goal;
+
+pub use goal::Goal;
+
+use super::pieces;
 use super::pixel_order;
 use super::pixel_sums::PixelSums;
-use super::sampling::{Noise, SamplingBound, joined};
-use super::unseen::{Cap, Caps, Known, Unseen};
+use super::sampling::{Noise, SamplingBound};
+use super::unseen::{Caps, Unseen};
 use crate::render::samples::{Source, Traced};
-use crate::settings::sampler::pcg4d;
+use choice::{Candidate, Present, REFUSED_MOST};
+use class::Class;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::ops::Range;
-
-/// Fewest pixels of a class, so that one pixel's samples weigh little in its class's.
-const LEAST_CLASS: usize = 64;
-
-/// What doubling leaves of a class's squared error, before it was seen to: between 1/2 (random) and 2^-1.5
-/// (stratified, edges; Mitchell, SIGGRAPH 1996).
-const DOUBLED: f64 = 0.42;
-
-/// Fewest samples of every pixel: their difference is all that is known of its error.
-const LEAST_PILOT: u32 = 2;
-
-/// Share of the squared target that may be unseen after the pilot.
-const PILOT_UNSEEN: f64 = 0.5;
-
-/// Samples for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
-/// refused, and the image gets what the rest of its error asks for, up to [`REFUSED_MOST`].
-const PRICE: f64 = 4096.0;
-
-/// Most samples of a pixel once the promise is refused: what is too bright to be excluded is also too bright to be averaged
-/// out, and a picture without its promise is not worth minutes.
-const REFUSED_MOST: u32 = 256;
 
 /// A class joins a step that another leads if it gains at least this much as much per ray: the leader's own
 /// next doubling would gain `DOUBLED / 2`.
 const JOINS: f64 = 0.3;
-
-/// What is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Goal {
-    /// Greatest RMSE; `None` to go on while there is budget.
-    pub target: Option<f64>,
-    /// With this confidence.
-    pub confidence: f64,
-    /// Samples of every pixel in the first round.
-    pub first: u32,
-    /// Samples of every pixel before any gets more than others: `first` doubled some times.
-    pub pilot: u32,
-    /// Most samples of a pixel.
-    pub most: u32,
-}
-
-impl Goal {
-    /// A goal whose pilot leaves at most `PILOT_UNSEEN` of the target to what no sample met in pixels that hold nothing
-    /// brighter than white; `most` permitting.
-    pub fn for_target(target: f64, confidence: f64, pixels: usize, caps: &Caps, most: u32) -> Goal {
-        let mut pilot = LEAST_PILOT;
-        let allowed = PILOT_UNSEEN * target * target * pixels as f64;
-        let base = Cap { radiance: caps.base(), ..Cap::WHITE };
-        let unseen = |samples| {
-            let mut one = Unseen::default();
-            one.add(samples, base, Known::NOTHING);
-            one.squares(confidence)
-        };
-        while pilot <= most / 2 && unseen(pilot) > allowed {
-            pilot *= 2;
-        }
-        Goal { target: Some(target), confidence, first: pilot, pilot, most: most.max(pilot) }
-    }
-}
 
 /// Samples to trace next. Give it back to [`Allocation::record`] with what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -103,31 +55,6 @@ pub enum Outcome {
     Unfinished,
 }
 
-/// Pixels whose neighbourhoods look alike.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Class {
-    /// In the order they are taken.
-    pixels: Vec<u32>,
-    /// The first `ahead` of them have `2 * samples`, the rest `samples`.
-    ahead: usize,
-    samples: u32,
-    /// Noise of those ahead, and of the rest.
-    noise: [Noise; 2],
-    /// The same pixels by what they may hold unseen.
-    unseen: [Unseen; 2],
-    /// What doubling leaves of the squared error.
-    doubled: f64,
-    /// Rays of one sample.
-    rays: f64,
-}
-
-impl Class {
-    /// True if a pixel of the rest may hold something brighter than white.
-    fn is_bright(&self) -> bool {
-        self.unseen[1].is_bright()
-    }
-}
-
 /// The state of an adaptive render: all that was traced, and what to trace next. Deterministic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Allocation {
@@ -147,39 +74,6 @@ pub struct Allocation {
     /// What each pixel may hold unseen.
     #[serde(skip)]
     caps: Caps,
-}
-
-/// What all classes say together.
-struct Present {
-    noise: Noise,
-    /// What the variance is multiplied by to be safe.
-    factor: f64,
-    unseen: Unseen,
-    /// Greatest sum of squared errors from what no sample met.
-    hidden: f64,
-    /// Upper limit of the sum of squared errors.
-    squares: f64,
-}
-
-impl Present {
-    fn of(allocation: &Allocation) -> Present {
-        let (noise, unseen) = (allocation.noise(), allocation.unseen());
-        let confidence = allocation.goal.confidence;
-        let (_, factor) = noise.factor(allocation.gathered.replicates, confidence);
-        let hidden = if allocation.refused { 0.0 } else { unseen.squares(confidence) };
-        Present { noise, factor, hidden, squares: joined(noise.variance(), factor, hidden), unseen }
-    }
-}
-
-/// What a class would gain by doubling the rest of it.
-struct Candidate {
-    class: usize,
-    pixels: usize,
-    samples: u32,
-    /// Fall of the squared error.
-    drop: f64,
-    /// Rays.
-    cost: f64,
 }
 
 impl Allocation {
@@ -261,12 +155,12 @@ impl Allocation {
 
     /// Samples traced.
     pub fn samples(&self) -> u64 {
-        self.gathered.samples.iter().map(|&n| u64::from(n)).sum()
+        pieces::total(self.gathered.samples.len(), |at| u64::from(self.gathered.samples[at]))
     }
 
     /// Rays traced.
     pub fn rays(&self) -> u64 {
-        self.gathered.marks.iter().map(|m| u64::from(m.rays)).sum()
+        pieces::total(self.gathered.marks.len(), |at| u64::from(self.gathered.marks[at].rays))
     }
 
     /// Whether there is more to do.
@@ -277,7 +171,7 @@ impl Allocation {
         };
         match self.bound().map(seen) {
             Some(b) if self.goal.target.is_some_and(|target| b.bound <= target) => Outcome::Reached,
-            Some(_) if !self.classes.iter().any(|c| self.can_double(c)) => Outcome::Capped,
+            Some(_) if !self.classes.iter().any(|c| c.can_double(&self.goal)) => Outcome::Capped,
             _ => Outcome::Unfinished,
         }
     }
@@ -285,10 +179,11 @@ impl Allocation {
     /// What to trace next with at most `budget` rays, as far as they can be foretold from those traced
     /// (`f64::INFINITY` for no limit). `None` at the end ([`Allocation::outcome`]), or where the
     /// budget is too small for any sample. A step that was cut short is completed first, at any cost.
-    pub fn next_step(&self, budget: f64) -> Option<Step> {
+    pub fn next_step(&mut self, budget: f64) -> Option<Step> {
         if let Some(open) = &self.open {
             return Some(open.clone());
         }
+        self.decide();
         if self.classes.is_empty() {
             return self.pilot_step(budget);
         }
@@ -340,14 +235,27 @@ impl Allocation {
         self.round > 0
     }
 
+    /// Sorts the pixels into classes, once every pixel has its pilot; [`Allocation::next_step`] does so too.
+    pub fn decide(&mut self) {
+        if !self.classes.is_empty() || self.round < self.goal.pilot {
+            return;
+        }
+        self.gathered.fix_brightest();
+        self.classes = class::classify(&self.gathered, &self.caps, &self.goal);
+        self.refused = self.is_too_dear();
+        if self.refused {
+            self.goal.most = self.goal.most.min(REFUSED_MOST).max(self.goal.pilot);
+        }
+    }
+
     fn pilot_step(&self, budget: f64) -> Option<Step> {
         let left = self.gathered.samples.len() - self.piloted;
         let rays = if self.samples() > 0 { self.rays() as f64 / self.samples() as f64 } else { 1.0 };
         let samples = if self.round == 0 { 0..self.goal.first } else { self.round..2 * self.round };
         let each = f64::from(samples.end - samples.start);
         let wanted = (budget / (rays * each)).floor().min(left as f64) as usize;
-        let order = pixel_order::order(self.gathered.width, self.height);
-        let pixels = order[self.piloted..self.piloted + wanted].to_vec();
+        let places = self.piloted..self.piloted + wanted;
+        let pixels = pixel_order::order(self.gathered.width, self.height, places);
         (!pixels.is_empty()).then_some(Step { pixels, samples, parts: Vec::new() })
     }
 
@@ -360,9 +268,6 @@ impl Allocation {
             self.piloted += there;
             if self.piloted == self.gathered.samples.len() {
                 (self.round, self.piloted) = (step.samples.end, 0);
-                if self.round >= self.goal.pilot {
-                    self.classify();
-                }
             }
             return;
         }
@@ -377,7 +282,7 @@ impl Allocation {
     }
 
     fn advance(&mut self, class: usize, pixels: usize) {
-        let mut c = self.classes[class].clone();
+        let mut c = std::mem::take(&mut self.classes[class]);
         let before = c.noise[1].squares;
         c.ahead += pixels;
         if c.ahead == c.pixels.len() {
@@ -385,31 +290,14 @@ impl Allocation {
             // The part that was ahead before had doubled already: compare like with like.
             let fresh = c.ahead == pixels;
             (c.ahead, c.samples) = (0, 2 * c.samples);
-            self.measure(&mut c);
+            c.measure(&self.gathered, &self.caps);
             if fresh && whole > 0.0 {
                 c.doubled = (c.noise[1].squares / whole).clamp(0.15, 0.7);
             }
         } else {
-            self.measure(&mut c);
+            c.measure(&self.gathered, &self.caps);
         }
         self.classes[class] = c;
-    }
-
-    /// Noise and cost of a class from what its pixels have.
-    fn measure(&self, class: &mut Class) {
-        let parts = [&class.pixels[..class.ahead], &class.pixels[class.ahead..]];
-        class.noise = parts.map(|pixels| pixels.iter().map(|p| self.gathered.noise_of(*p as usize)).sum());
-        class.unseen = parts.map(|pixels| {
-            let mut unseen = Unseen::default();
-            for p in pixels.iter().map(|p| *p as usize) {
-                let known = self.gathered.known_of(p);
-                unseen.add(self.gathered.samples[p], self.caps.of(p), known);
-            }
-            unseen
-        });
-        let rays: u64 = class.pixels.iter().map(|&p| u64::from(self.gathered.marks[p as usize].rays)).sum();
-        let samples: u64 = class.pixels.iter().map(|&p| u64::from(self.gathered.samples[p as usize])).sum();
-        class.rays = rays as f64 / samples as f64;
     }
 
     fn noise(&self) -> Noise {
@@ -422,163 +310,9 @@ impl Allocation {
         all
     }
 
-    /// Upper limit of the sum of squared errors if the rest of each of `classes`, in ascending order, is doubled.
-    fn after(&self, present: &Present, classes: &[usize]) -> f64 {
-        let variance = present.noise.variance();
-        let share = variance / present.noise.squares.max(f64::MIN_POSITIVE);
-        let (mut unseen, mut fall) = (present.unseen.clone(), 0.0);
-        for c in classes.iter().map(|class| &self.classes[*class]) {
-            unseen = unseen.with_doubled(&c.unseen[1]);
-            fall += c.noise[1].squares * (1.0 - c.doubled);
-        }
-        let hidden = if self.refused { 0.0 } else { unseen.squares(self.goal.confidence) };
-        joined(variance - share * fall, present.factor, hidden)
-    }
-
     /// True if the promise was refused for what no sample met.
     pub fn is_refused(&self) -> bool {
         self.refused
-    }
-
-    fn can_double(&self, class: &Class) -> bool {
-        class.samples <= self.goal.most / 2
-    }
-
-    /// Classes that can be doubled, most gain per ray first.
-    fn candidates(&self, present: &Present) -> Vec<Candidate> {
-        let mut all: Vec<Candidate> = (self.classes.iter().enumerate())
-            .filter(|(_, c)| self.can_double(c))
-            .map(|(class, c)| {
-                let pixels = c.pixels.len() - c.ahead;
-                Candidate {
-                    class,
-                    pixels,
-                    samples: c.samples,
-                    drop: present.squares - self.after(present, &[class]),
-                    cost: c.rays * pixels as f64 * f64::from(c.samples),
-                }
-            })
-            .collect();
-        all.sort_by(|a, b| (b.drop / b.cost).total_cmp(&(a.drop / a.cost)));
-        all
-    }
-
-    /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
-    /// weighs most: all of the fewest samples, or those of them that may hold something bright.
-    fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
-        if self.refused {
-            return None;
-        }
-        let mut best: Option<(f64, Vec<usize>)> = None;
-        for bright in [true, false] {
-            let able = || candidates.iter().filter(|c| !bright || self.classes[c.class].is_bright());
-            let Some(least) = able().map(|c| c.samples).min() else { continue };
-            let low: Vec<&Candidate> = able().filter(|c| c.samples == least).collect();
-            let mut classes: Vec<usize> = low.iter().map(|c| c.class).collect();
-            classes.sort_unstable();
-            let cost: f64 = low.iter().map(|c| c.cost).sum();
-            let gain = (present.squares - self.after(present, &classes)) / cost;
-            if best.as_ref().is_none_or(|b| gain > b.0) {
-                best = Some((gain, classes));
-            }
-        }
-        let alone = candidates.first().map_or(0.0, |c| c.drop / c.cost);
-        best.filter(|(gain, _)| *gain > alone).map(|(_, classes)| classes)
-    }
-
-    /// True if samples that exclude enough of what is brighter than white cost more than [`PRICE`].
-    fn is_too_dear(&self) -> bool {
-        let Some(target) = self.goal.target else { return false };
-        let pixels = self.gathered.samples.len() as f64;
-        let bright: Vec<&Class> = self.classes.iter().filter(|c| c.is_bright()).collect();
-        if bright.is_empty() {
-            return false;
-        }
-        let unseen = self.unseen();
-        let mut samples = self.goal.pilot;
-        while unseen.raised(samples).squares(self.goal.confidence) > target * target * pixels {
-            if samples > self.goal.most / 2 {
-                return true;
-            }
-            samples *= 2;
-        }
-        let (all, some) =
-            (self.rays() as f64, bright.iter().map(|c| c.rays * c.pixels.len() as f64).sum::<f64>());
-        some * f64::from(samples) > PRICE * all / f64::from(self.goal.pilot)
-    }
-
-    /// Sorts the pixels into classes by their neighbours.
-    fn classify(&mut self) {
-        self.gathered.fix_brightest();
-        let noise: Vec<f64> =
-            (0..self.gathered.samples.len()).map(|p| self.gathered.noise_of(p).squares).collect();
-        let image: Vec<[f64; 3]> = (0..noise.len()).map(|p| self.gathered.mean(p)).collect();
-        let mut groups: BTreeMap<(bool, u8, i32), Vec<u32>> = BTreeMap::new();
-        for p in 0..self.gathered.samples.len() as u32 {
-            let (kind, level) = self.look_around(p, &noise, &image);
-            let cap = self.caps.of(p as usize).given(self.gathered.known_of(p as usize));
-            let bright = cap.radiance > 1.0;
-            groups.entry((bright, kind, level)).or_default().push(p);
-        }
-        // Small groups join the next, the last the one before it.
-        let mut merged: Vec<Vec<u32>> = Vec::new();
-        for group in groups.into_values() {
-            match merged.last_mut() {
-                Some(last) if last.len() < LEAST_CLASS => last.extend(group),
-                _ => merged.push(group),
-            }
-        }
-        if merged.len() > 1 && merged[merged.len() - 1].len() < LEAST_CLASS {
-            let last = merged.pop().unwrap_or_default();
-            let end = merged.len() - 1;
-            merged[end].extend(last);
-        }
-        self.classes = merged
-            .into_iter()
-            .map(|mut pixels| {
-                pixels.sort_by_key(|&p| (pcg4d([p, 0x0a11, 0x0ca7, 0xe000])[0], p));
-                let samples = self.goal.pilot;
-                let (noise, unseen) = ([Noise::default(); 2], Default::default());
-                let mut class =
-                    Class { pixels, ahead: 0, samples, noise, unseen, doubled: DOUBLED, rays: 1.0 };
-                self.measure(&mut class);
-                class
-            })
-            .collect();
-        self.refused = self.is_too_dear();
-        if self.refused {
-            self.goal.most = self.goal.most.min(REFUSED_MOST).max(self.goal.pilot);
-        }
-    }
-
-    /// What the neighbours of pixel `p` say of it: whether they are of one path tree (0), of several
-    /// (1) or some of them mixed (2); and the base-4 logarithm of the squared error to expect.
-    fn look_around(&self, p: u32, noise: &[f64], image: &[[f64; 3]]) -> (u8, i32) {
-        let (x, y) = (p % self.gathered.width, p / self.gathered.width);
-        let columns = x.saturating_sub(1)..(x + 2).min(self.gathered.width);
-        let around: Vec<usize> = (y.saturating_sub(1)..(y + 2).min(self.height))
-            .flat_map(|v| columns.clone().map(move |u| (u, v)))
-            .filter(|&at| at != (x, y))
-            .map(|(u, v)| (v * self.gathered.width + u) as usize)
-            .collect();
-        let Some(&first) = around.first() else { return (0, i32::MIN) };
-        let count = around.len() as f64;
-        let mark = |q: usize| &self.gathered.marks[q];
-        let mixed = around.iter().any(|&q| mark(q).hash_least != mark(q).hash_most);
-        let alike = around.iter().all(|&q| mark(q).hash_least == mark(first).hash_least);
-        let kind = if mixed { 2 } else { u8::from(!alike) };
-        let mut expected = around.iter().map(|&q| noise[q]).sum::<f64>() / count;
-        if kind > 0 {
-            // An edge between neighbours of different colour: all or nothing over that difference.
-            for c in 0..3 {
-                let shown = |q: usize| image[q][c].clamp(0.0, 1.0);
-                let mean = around.iter().map(|&q| shown(q)).sum::<f64>() / count;
-                let spread = around.iter().map(|&q| (shown(q) - mean).powi(2)).sum::<f64>() / count;
-                expected += spread / (12.0 * f64::from(self.goal.pilot));
-            }
-        }
-        let level = if expected > 0.0 { (expected.log2() / 2.0).floor() as i32 } else { i32::MIN };
-        (kind, level)
     }
 }
 

@@ -4,6 +4,7 @@
 pub mod allocate;
 pub mod bright;
 pub mod budget;
+pub mod pieces;
 pub mod pixel_order;
 pub mod pixel_sums;
 pub mod interval;

@@ -11,11 +11,11 @@
 //! path next to an edge may hold a part of it that no sample met: the variance of such pixels is at least that of an
 //! area below 1/n of the contrast around.
 
+use super::pieces;
 use super::pixel_sums::PixelSums;
 use super::quantile;
 use super::sampling::RATE_MOST;
 use crate::render::samples::quarters;
-use rayon::prelude::*;
 
 /// Pixels to each side of a window.
 const REACH: u32 = 2;
@@ -40,11 +40,11 @@ struct Evidence {
 
 /// Half the width of each pixel's interval in its widest channel, in the image as shown; NaN without samples.
 pub fn half_widths(image: &PixelSums, confidence: f64) -> Vec<f64> {
-    let evidence: Vec<Evidence> = (0..image.samples.len()).map(|at| evidence(image, at)).collect();
+    let evidence = pieces::map(image.samples.len(), |at| evidence(image, at));
     let rates = [false, true].map(|edge| rate(&evidence, edge));
     let factors = factors(confidence);
     let half = |at| half_width(image.width, &evidence, at, rates, &factors);
-    (0..evidence.len()).into_par_iter().map(half).collect()
+    pieces::map(evidence.len(), half)
 }
 
 /// Student's factor for a window with 0, 1, ... neighbours of the pixel's kind. Estimates of unequal weight w have

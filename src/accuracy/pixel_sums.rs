@@ -1,6 +1,7 @@
 //! The samples of an image so far, and what its pixels say of their errors.
 
 use super::interval::{self, Interval};
+use super::pieces;
 use super::pixel_interval;
 use super::radiance_bound::RadianceLimit;
 use super::sampling::Noise;
@@ -42,6 +43,19 @@ impl PixelSums {
             marks: vec![Mark::default(); pixels],
             brightest: Vec::new(),
         }
+    }
+
+    /// The samples of some pixels as an image of rows of `width`; what does not fill a row is left out.
+    pub fn of_some(&self, pixels: &[u32], width: u32) -> PixelSums {
+        let height = pixels.len() as u32 / width.max(1);
+        let mut some = PixelSums::new(width, height, self.replicates);
+        let s = sets(self.replicates);
+        let pixels = pixels.iter().map(|p| *p as usize);
+        for ((to, sums), at) in some.sums.chunks_mut(s).enumerate().zip(pixels) {
+            (some.samples[to], some.marks[to]) = (self.samples[at], self.marks[at]);
+            sums.copy_from_slice(self.sums_of(at));
+        }
+        some
     }
 
     /// Adds `samples` samples of each of `pixels`; of the first of them if fewer were traced. A pixel of one
@@ -150,13 +164,13 @@ impl PixelSums {
         let own = |at: usize| {
             self.sets_of(at).flat_map(|(sum, count)| sum.map(|c| (c / count) as f32)).fold(1.0, f32::max)
         };
-        let own: Vec<f32> = (0..self.samples.len()).map(own).collect();
+        let own = pieces::map(self.samples.len(), own);
         let near = |middle: usize, end: usize, reach: usize| {
             middle.saturating_sub(reach)..(middle + reach + 1).min(end)
         };
         let row =
             |at: usize| near(at % width, width, NEAR).map(|x| own[at - at % width + x]).fold(1.0, f32::max);
-        let rows: Vec<f32> = (0..own.len()).map(row).collect();
+        let rows = pieces::map(own.len(), row);
         let one_path = |at: usize| {
             let path = self.marks[at].hash_least;
             let columns = near(at % width, width, 1);
@@ -168,7 +182,7 @@ impl PixelSums {
             true => 1.0,
             false => near(at / width, height, NEAR).map(|y| rows[y * width + at % width]).fold(1.0, f32::max),
         };
-        (0..own.len()).map(around).collect()
+        pieces::map(own.len(), around)
     }
 
     /// Decides now what large things are taken to show: later samples find more paths, but pixels are not sampled anew
@@ -195,12 +209,12 @@ impl PixelSums {
         self.unseen_by(caps, |at| Known { white: self.is_white(at), ..Known::NOTHING })
     }
 
-    fn unseen_by(&self, caps: &Caps, known: impl Fn(usize) -> Known) -> Unseen {
-        let mut unseen = Unseen::default();
-        for at in (0..self.samples.len()).filter(|at| self.samples[*at] > 0) {
-            unseen.add(self.samples[at], caps.of(at), known(at));
-        }
-        unseen
+    fn unseen_by(&self, caps: &Caps, known: impl Fn(usize) -> Known + Sync + Send) -> Unseen {
+        let add = |unseen: &mut Unseen, at: usize| match self.samples[at] {
+            0 => (),
+            samples => unseen.add(samples, caps.of(at), known(at)),
+        };
+        pieces::fold(self.samples.len(), add, Unseen::joined)
     }
 
     /// Mean of pixel `at`, linear RGB, unclamped.
@@ -211,28 +225,33 @@ impl PixelSums {
 
     /// The image, linear RGB; pixels without samples are black.
     pub fn linear(&self) -> Vec<[f32; 3]> {
-        (0..self.samples.len()).map(|at| self.mean(at).map(|channel| channel as f32)).collect()
+        pieces::map(self.samples.len(), |at| self.mean(at).map(|channel| channel as f32))
     }
 
     /// The image with pixels that have no samples as the nearest that have; it must have been sampled from
     /// [coarse to fine](super::pixel_order).
     pub fn filled(&self) -> Vec<[f32; 3]> {
         let linear = self.linear();
-        super::pixel_order::stand_ins(self.width, &self.samples)
-            .into_iter()
-            .map(|p| linear[p as usize])
-            .collect()
+        if self.done() == 1.0 {
+            return linear;
+        }
+        let stand_in = super::pixel_order::stand_in(self.width, &self.samples);
+        pieces::map(linear.len(), |at| linear[stand_in(at as u32) as usize])
     }
 
     /// Share of pixels that have samples.
     pub fn done(&self) -> f64 {
-        self.samples.iter().filter(|n| **n > 0).count() as f64 / self.samples.len().max(1) as f64
+        let there = pieces::total(self.samples.len(), |at| u64::from(self.samples[at] > 0));
+        there as f64 / self.samples.len().max(1) as f64
     }
 
     /// What the pixels say of their sampling error; those without samples say nothing.
     pub fn noise(&self) -> Noise {
-        let sampled = (0..self.samples.len()).filter(|at| self.samples[*at] > 0);
-        sampled.map(|at| self.noise_of(at)).sum()
+        let add = |noise: &mut Noise, at: usize| match self.samples[at] {
+            0 => (),
+            _ => *noise = noise.plus(self.noise_of(at)),
+        };
+        pieces::fold(self.samples.len(), add, Noise::plus)
     }
 
     /// The intervals of pixel `at` of several replicates, one a channel; it has samples.
@@ -255,18 +274,18 @@ impl PixelSums {
             0 => f64::NAN,
             _ => self.intervals(at, confidence).iter().fold(0.0, |m: f64, i| m.max((i.high - i.low) / 2.0)),
         };
-        (0..self.samples.len()).map(half).collect()
+        pieces::map(self.samples.len(), half)
     }
 
     /// Mean throughput that the image lost to the cut.
     pub fn mean_cut(&self) -> f64 {
-        (0..self.samples.len()).map(|at| self.cut(at)).sum::<f64>() / self.samples.len().max(1) as f64
+        pieces::sum(self.samples.len(), |at| self.cut(at)) / self.samples.len().max(1) as f64
     }
 
     /// What hidden light can add to each pixel as shown, of its worst channel: never less than nothing, no more
     /// than the throughput that was cut times the greatest radiance, nor than what is missing to white.
     pub fn hidden(&self, limit: &RadianceLimit) -> Vec<f64> {
-        (0..self.samples.len()).map(|at| self.hidden_of(at, limit).into_iter().fold(0.0, f64::max)).collect()
+        pieces::map(self.samples.len(), |at| self.hidden_of(at, limit).into_iter().fold(0.0, f64::max))
     }
 
     fn hidden_of(&self, at: usize, limit: &RadianceLimit) -> [f64; 3] {
@@ -279,7 +298,7 @@ impl PixelSums {
 
     /// What hidden light can add to the image as shown.
     pub fn truncation(&self, limit: &RadianceLimit) -> TruncationBound {
-        truncation::truncation((0..self.samples.len()).map(|at| (self.mean(at), self.cut(at))), limit)
+        truncation::truncation_of(self.samples.len(), |at| (self.mean(at), self.cut(at)), limit)
     }
 }
 

@@ -5,6 +5,7 @@
 //! light, and an image as shown ends at 1: a pixel of value v lacks no more than 1 - v. So the bound on
 //! what is shown is finite even where radiance has no limit.
 
+use super::pieces;
 use super::radiance_bound::RadianceLimit;
 use serde::{Deserialize, Serialize};
 
@@ -35,19 +36,26 @@ pub fn hidden(mean: [f64; 3], cut: f64, limit: &RadianceLimit) -> [f64; 3] {
 }
 
 /// The image's bound from each pixel's mean and cut, as for [`hidden`].
-pub fn truncation(
-    pixels: impl IntoIterator<Item = ([f64; 3], f64)>,
+pub fn truncation(pixels: &[([f64; 3], f64)], limit: &RadianceLimit) -> TruncationBound {
+    truncation_of(pixels.len(), |at| pixels[at], limit)
+}
+
+/// The same of `count` pixels by a function.
+pub fn truncation_of(
+    count: usize,
+    of: impl Fn(usize) -> ([f64; 3], f64) + Sync + Send,
     limit: &RadianceLimit,
 ) -> TruncationBound {
-    let (mut count, mut squares, mut most, mut cut_pixels) = (0u64, 0.0, 0.0f64, 0);
-    for (mean, cut) in pixels {
-        count += 1;
-        cut_pixels += u64::from(cut > 0.0);
+    let add = |(squares, most, pixels): &mut (f64, f64, u64), at: usize| {
+        let (mean, cut) = of(at);
+        *pixels += u64::from(cut > 0.0);
         for lacks in hidden(mean, cut, limit) {
-            squares += lacks * lacks;
-            most = most.max(lacks);
+            *squares += lacks * lacks;
+            *most = most.max(lacks);
         }
-    }
+    };
+    let join = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0 + b.0, f64::max(a.1, b.1), a.2 + b.2);
+    let (squares, most, cut_pixels) = pieces::fold(count, add, join);
     TruncationBound {
         rms: (squares / (3 * count.max(1)) as f64).sqrt(),
         most,
@@ -71,7 +79,7 @@ mod tests {
             for depth in 1..40 {
                 let cut = rho.powi(depth);
                 let seen = own * (1.0 - cut);
-                let bound = truncation([([seen; 3], cut)], &limit);
+                let bound = truncation(&[([seen; 3], cut)], &limit);
                 let error = own - seen;
                 // 1e-15: what the subtraction loses of a value below 1.
                 assert!(error <= bound.rms + 1e-15 && bound.rms <= 1.01 * error + 1e-15);
@@ -86,13 +94,13 @@ mod tests {
     #[test]
     fn without_a_limit_white_is_the_limit() {
         let limit = RadianceLimit { rgb: [f64::INFINITY; 3], unbounded: Some("a light touches".to_owned()) };
-        let bound = truncation([([0.25, 0.5, 3.0], 1e-3), ([0.0; 3], 0.0)], &limit);
+        let bound = truncation(&[([0.25, 0.5, 3.0], 1e-3), ([0.0; 3], 0.0)], &limit);
         assert_eq!((bound.most, bound.pixels), (0.75, 1));
         assert!((bound.rms - ((0.5625 + 0.25) / 6.0f64).sqrt()).abs() < 1e-15);
         assert!(bound.unbounded.is_some());
         // Nothing was cut: nothing is hidden, and the light does not matter.
         assert_eq!(
-            truncation([([0.0; 3], 0.0)], &limit),
+            truncation(&[([0.0; 3], 0.0)], &limit),
             TruncationBound { rms: 0.0, most: 0.0, pixels: 0, unbounded: None }
         );
     }

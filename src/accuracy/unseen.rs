@@ -105,8 +105,16 @@ impl Caps {
         let mut index: BTreeMap<[u32; 3], u16> = BTreeMap::new();
         let mut list = Vec::new();
         let up = |x: f32| if x > 1.0 { f32::exp2((x.log2() * 4.0).ceil() / 4.0) } else { x };
+        // Neighbours are mostly alike.
+        let mut last = None;
         let of = pixels
             .map(|cap| {
+                if let Some((same, at)) = last
+                    && same == cap
+                {
+                    return at;
+                }
+                let own = cap;
                 let mut cap = Cap {
                     area: f32::exp2(cap.area.max(f32::MIN_POSITIVE).log2().ceil()).min(1.0),
                     radiance: up(cap.radiance),
@@ -116,10 +124,14 @@ impl Caps {
                     // More than any image has; the worst of all is safe.
                     cap = Cap { radiance: f32::INFINITY, area: 1.0, mirrored: f32::INFINITY };
                 }
-                *index.entry([cap.radiance, cap.area, cap.mirrored].map(f32::to_bits)).or_insert_with(|| {
-                    list.push(cap);
-                    (list.len() - 1) as u16
-                })
+                let at = *index
+                    .entry([cap.radiance, cap.area, cap.mirrored].map(f32::to_bits))
+                    .or_insert_with(|| {
+                        list.push(cap);
+                        (list.len() - 1) as u16
+                    });
+                last = Some((own, at));
+                at
             })
             .collect();
         Caps { list, of }
@@ -182,6 +194,12 @@ impl Unseen {
         for (key, count) in &other.pixels {
             *self.pixels.entry(*key).or_default() += count;
         }
+    }
+
+    /// Both together.
+    pub fn joined(mut self, other: Unseen) -> Unseen {
+        self.join(&other);
+        self
     }
 
     /// As many times as many pixels of each kind.

@@ -24,9 +24,13 @@ pub use save::SaveError;
 pub(crate) use save::save;
 pub use srgb::{code8, code16, linear8, linear16};
 
+use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::io::{self, Write};
 use std::path::Path;
+
+/// Pixels that are worked on at a time.
+const PIECE: usize = 4096;
 
 /// A picture to encode: rows from the top, linear RGB, `linear.len() == width * height`.
 #[derive(Debug, Clone, Copy)]
@@ -137,7 +141,10 @@ impl Format {
                 let shown = |x: f32| if x.is_nan() { 0.0 } else { f64::from(x.clamp(0.0, 1.0)) };
                 pixel.iter().zip(read(*pixel)).map(|(a, b)| (shown(*a) - shown(b)).powi(2)).sum()
             };
-            let sum: f64 = view.linear.iter().map(squares).sum();
+            // In pieces, so that the sum has the same bits on any number of cores.
+            let pieces: Vec<f64> =
+                view.linear.par_chunks(PIECE).map(|p| p.iter().map(squares).sum()).collect();
+            let sum: f64 = pieces.iter().sum();
             (sum / (3 * view.linear.len().max(1)) as f64).sqrt()
         };
         match self {
@@ -155,10 +162,11 @@ impl Format {
 /// SHA-256 over the rows as little-endian `f32`, in hexadecimal: equal hashes mean equal images.
 pub fn linear_sha256(linear: &[[f32; 3]]) -> String {
     let mut hash = Sha256::new();
-    for pixel in linear {
-        for channel in pixel {
-            hash.update(channel.to_le_bytes());
-        }
+    let mut bytes = Vec::with_capacity(12 * PIECE);
+    for pixels in linear.chunks(PIECE) {
+        bytes.clear();
+        pixels.as_flattened().iter().for_each(|channel| bytes.extend(channel.to_le_bytes()));
+        hash.update(&bytes);
     }
     format!("{:x}", hash.finalize())
 }

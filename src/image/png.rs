@@ -1,7 +1,8 @@
 //! PNG with an sRGB chunk and the metadata as text chunks.
 
-use super::{Bits, Metadata, View, code8, code16};
+use super::{Bits, Metadata, PIECE, View, code8, code16};
 use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
+use rayon::prelude::*;
 use std::io::{self, Write};
 
 /// Codes of the colours; where there is alpha, of those that are behind it: the format does not multiply them. Alpha itself
@@ -13,24 +14,32 @@ pub(super) fn encode(
     metadata: &Metadata,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let (color, channels): (_, Vec<(f32, bool)>) = match alpha {
-        None => (ColorType::Rgb, view.linear.as_flattened().iter().map(|x| (*x, true)).collect()),
-        Some(alpha) => {
-            let pixel = |(pixel, a): (&[f32; 3], &f32)| {
-                let own = pixel.map(|x| (if *a > 0.0 { x / a } else { 0.0 }, true));
-                [own[0], own[1], own[2], (*a, false)]
-            };
-            (ColorType::Rgba, view.linear.iter().zip(alpha).flat_map(pixel).collect())
-        }
-    };
     let level = |x: f32, most: f32| (x.clamp(0.0, 1.0) * most).round();
-    let eight = |(x, encoded): &(f32, bool)| if *encoded { code8(*x) } else { level(*x, 255.0) as u8 };
-    let sixteen = |(x, encoded): &(f32, bool)| if *encoded { code16(*x) } else { level(*x, 65_535.0) as u16 };
-    let (depth, data): (_, Vec<u8>) = match bits {
-        Bits::Eight => (BitDepth::Eight, channels.iter().map(eight).collect()),
-        Bits::Sixteen => {
-            (BitDepth::Sixteen, channels.iter().flat_map(|x| sixteen(x).to_be_bytes()).collect())
+    // The bytes of a channel; of alpha if it is not `encoded`.
+    let put = |to: &mut Vec<u8>, x: f32, encoded: bool| match (bits, encoded) {
+        (Bits::Eight, true) => to.push(code8(x)),
+        (Bits::Eight, false) => to.push(level(x, 255.0) as u8),
+        (Bits::Sixteen, true) => to.extend(code16(x).to_be_bytes()),
+        (Bits::Sixteen, false) => to.extend((level(x, 65_535.0) as u16).to_be_bytes()),
+    };
+    let piece = |(piece, pixels): (usize, &[[f32; 3]])| {
+        let mut to = Vec::with_capacity(8 * pixels.len());
+        for (at, pixel) in pixels.iter().enumerate() {
+            match alpha.map(|alpha| alpha[piece * PIECE + at]) {
+                None => pixel.iter().for_each(|x| put(&mut to, *x, true)),
+                Some(a) => {
+                    pixel.iter().for_each(|x| put(&mut to, if a > 0.0 { x / a } else { 0.0 }, true));
+                    put(&mut to, a, false);
+                }
+            }
         }
+        to
+    };
+    let data = view.linear.par_chunks(PIECE).enumerate().map(piece).collect::<Vec<_>>().concat();
+    let color = if alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb };
+    let depth = match bits {
+        Bits::Eight => BitDepth::Eight,
+        Bits::Sixteen => BitDepth::Sixteen,
     };
     write([view.width, view.height], color, depth, &data, metadata, out)
 }

@@ -32,8 +32,15 @@ fn decode(code: f64) -> f64 {
     if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
+/// `decoded(max)[k]` = linear value of code `k` of `max`.
+fn decoded(max: u16) -> Vec<f32> {
+    (0..=max).map(|k| decode(f64::from(k) / f64::from(max)) as f32).collect()
+}
+
 static EIGHT: LazyLock<Vec<f32>> = LazyLock::new(|| thresholds(u8::MAX.into()));
 static SIXTEEN: LazyLock<Vec<f32>> = LazyLock::new(|| thresholds(u16::MAX));
+static LINEAR_EIGHT: LazyLock<Vec<f32>> = LazyLock::new(|| decoded(u8::MAX.into()));
+static LINEAR_SIXTEEN: LazyLock<Vec<f32>> = LazyLock::new(|| decoded(u16::MAX));
 
 /// Number of thresholds at or below `x`: NaN and negative values give 0, +infinity the last code.
 fn code(thresholds: &[f32], x: f32) -> usize {
@@ -52,12 +59,12 @@ pub fn code16(linear: f32) -> u16 {
 
 /// Linear value of an 8-bit sRGB code; [`code8`] gives the code back.
 pub fn linear8(code: u8) -> f32 {
-    decode(f64::from(code) / f64::from(u8::MAX)) as f32
+    LINEAR_EIGHT[usize::from(code)]
 }
 
 /// Linear value of a 16-bit sRGB code; [`code16`] gives the code back.
 pub fn linear16(code: u16) -> f32 {
-    decode(f64::from(code) / f64::from(u16::MAX)) as f32
+    LINEAR_SIXTEEN[usize::from(code)]
 }
 
 #[cfg(test)]

@@ -11,11 +11,14 @@ use crate::render::samples::{Mark, Traced, sets};
 use crate::report::{Report, TimeInfo};
 use crate::scene::Scene;
 use crate::settings::{Precision, Settings};
+use rayon::prelude::*;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Seconds of one part: a survey that is cancelled ends within about that time.
 const PART_SECONDS: f64 = 0.25;
+/// Sums that one core converts at a time.
+const PIECE: usize = 1 << 14;
 /// Samples of the first part, while the pace is not known.
 const FIRST_SAMPLES: f64 = 2048.0;
 /// Share of the time left to a deadline that one part may take: so that it is kept where the next pixels take
@@ -80,6 +83,11 @@ impl Survey {
     /// Arithmetic of its kernels.
     pub fn precision(&self) -> Precision {
         self.settings.precision
+    }
+
+    /// Pixels that are traced at a time at most.
+    pub fn part_pixels_at_most(&self) -> usize {
+        self.prepared.batches.plan.tile_pixels as usize
     }
 
     /// The settings in force.
@@ -229,8 +237,8 @@ impl Survey {
                 End::Done(n, _) if u64::from(n) < each => break,
                 End::Done(_, more) => {
                     let (film, marks) = self.prepared.batches.film(count)?;
-                    traced.sums.extend(film.iter().map(sum));
-                    traced.marks.extend(marks.iter().map(mark));
+                    traced.sums.par_extend(film.par_iter().with_min_len(PIECE).map(sum));
+                    traced.marks.par_extend(marks.par_iter().with_min_len(PIECE).map(mark));
                     self.tally.add(&more);
                     let seconds = start.elapsed().as_secs_f64();
                     let shortest = self.pace.map_or(f64::INFINITY, |(_, shortest)| shortest);

@@ -187,6 +187,7 @@ impl Task<'_> {
         let region = Region::of(&self.settings);
         loop {
             // Everything is decided by what was sampled: one that goes on decides the same.
+            chosen.allocation.decide();
             if chosen.allocation.bound().is_some() && !chosen.allocation.is_open() {
                 let image = chosen.allocation.gathered();
                 let hidden = image.truncation(&self.limit).rms;

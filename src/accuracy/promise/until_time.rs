@@ -11,12 +11,12 @@ use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal};
 use crate::accuracy::budget;
+use crate::accuracy::pixel_order;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::image::{Bits, Format, Metadata, View};
-use crate::render::samples::{Mark, Source};
+use crate::render::samples::Source;
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::TimeInfo;
-use crate::settings::sampler::pcg4d;
 use crate::settings::{Precision, Settings};
 use std::io;
 use std::time::{Duration, Instant};
@@ -40,17 +40,20 @@ const ROUNDING_SHARE: f64 = 0.06;
 const LEAST_PIXELS: usize = 256;
 /// Greatest depth of those.
 const LEAST_DEPTH: u32 = 4;
-/// Pixels by which the writing of the image is timed.
-const STRIP_PIXELS: u32 = 1 << 14;
+/// Pixels by which the writing of the image is timed: the first of all.
+const STRIP_PIXELS: usize = 1 << 14;
+/// Share of the time left that these may take.
+const STRIP_SHARE: f64 = 0.5;
 /// Time to write an image to a file / to memory.
 const FILE_SYSTEM: f64 = 1.25;
-
 /// When what has to be done.
 struct Clock {
     from: Instant,
     seconds: f64,
     /// Seconds that making and writing the image and ending takes.
     reserve: f64,
+    /// Seconds that it takes to sort the pixels into classes, or to measure them again after a step.
+    deciding: f64,
 }
 
 impl Clock {
@@ -99,8 +102,7 @@ impl Task<'_> {
         let begun = Begun { start, identity: &identity, before: &before };
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let reserve = closing + output_seconds(&self, layers);
-        let mut clock = Clock { from, seconds, reserve };
+        let mut clock = Clock { from, seconds, reserve: closing, deciding: 0.0 };
 
         // Every pixel once, at the scene's own depth: from then on there is an image.
         survey.cut_at(own.depth, own.cutoff);
@@ -115,12 +117,15 @@ impl Task<'_> {
             let allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
             Timed { cut: None, rounded: None, pace: 0.0, allocation }
         });
-        self.cover_in_time(&mut survey, &clock, &mut timed, &begun)?;
+        self.cover_in_time(&mut survey, clock.share(STRIP_SHARE), STRIP_PIXELS, &mut timed, &begun)?;
+        let output = self.output(timed.allocation.gathered(), layers);
+        clock.reserve = closing + output.image;
+        self.cover_in_time(&mut survey, clock.end(), usize::MAX, &mut timed, &begun)?;
         let begin = Instant::now();
         self.show(&survey, timed.allocation.gathered(), start);
-        let shown = begin.elapsed().as_secs_f64();
-        clock.reserve += shown;
-        if timed.allocation.is_covered() {
+        clock.reserve += begin.elapsed().as_secs_f64() + output.statement;
+        clock.deciding = output.statement;
+        if timed.allocation.is_covered() && (clock.left() > 0.0 || timed.cut.is_some()) {
             if timed.cut.is_none() {
                 let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
                 if cut.depth < own.depth {
@@ -218,25 +223,29 @@ impl Task<'_> {
         self.rounded(survey, Some(clock.share(2.0 * ROUNDING_SHARE)))
     }
 
-    /// One sample of every pixel, as far as there is time.
+    /// One sample of every pixel, or of `most` of them, as far as there is time.
     fn cover_in_time(
         &mut self,
         survey: &mut Survey,
-        clock: &Clock,
+        by: Instant,
+        mut most: usize,
         timed: &mut Timed,
         begun: &Begun<'_>,
     ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
-        let (start, before) = (Instant::now(), timed.allocation.rays());
-        survey.finish_by(Some(clock.end()));
-        while !timed.allocation.is_covered()
+        let (start, before) = (Instant::now(), survey.rays());
+        survey.finish_by(Some(by));
+        while most > 0
+            && !timed.allocation.is_covered()
             && let Some(step) = timed.allocation.next_step(f64::INFINITY)
         {
+            let pixels = &step.pixels[..step.pixels.len().min(survey.part_pixels_at_most()).min(most)];
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
-            let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
+            let traced = tracing.trace_some(pixels, step.samples.clone())?;
             timed.allocation.record(&step, &traced);
-            timed.pace = (timed.allocation.rays() - before) as f64 / start.elapsed().as_secs_f64();
-            if !self.kept_in_time(survey, timed, begun) {
+            timed.pace = (survey.rays() - before) as f64 / start.elapsed().as_secs_f64();
+            most -= traced.marks.len();
+            if traced.marks.len() < pixels.len() && !self.kept_in_time(survey, timed, begun) {
                 break;
             }
         }
@@ -280,25 +289,32 @@ impl Task<'_> {
         begun: &Begun<'_>,
     ) -> Result<(), RenderError> {
         let region = Region::of(&self.settings);
-        while !self.observer.cancelled() && clock.left() > 0.0 {
+        let mut deciding = clock.deciding;
+        while !self.observer.cancelled() && clock.left() > deciding {
+            let begin = Instant::now();
             let budget = match timed.allocation.bound() {
                 None => f64::INFINITY,
                 Some(_) => (STEP_SHARE * clock.left()).max(STEP_LEAST) * timed.pace,
             };
             let Some(step) = timed.allocation.next_step(budget) else { break };
-            let (before, start) = (timed.allocation.rays(), Instant::now());
+            let decided = begin.elapsed();
+            let (before, start) = (survey.rays(), Instant::now());
             survey.finish_by(Some(clock.end()));
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
             let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             let cut_short = traced.marks.len() < step.pixels.len();
+            let begin = Instant::now();
             timed.allocation.record(&step, &traced);
+            if timed.allocation.bound().is_some() {
+                deciding = (decided + begin.elapsed()).as_secs_f64();
+            }
             let seconds = start.elapsed().as_secs_f64();
             self.show(survey, timed.allocation.gathered(), begun.start);
             let kept = self.kept_in_time(survey, timed, begun);
             if cut_short && !kept {
                 break;
             }
-            let now = (timed.allocation.rays() - before) as f64 / seconds;
+            let now = (survey.rays() - before) as f64 / seconds;
             // Short steps are slow steps: the next one is planned at a pace between.
             timed.pace = if timed.pace > 0.0 { 0.5 * (timed.pace + now) } else { now };
         }
@@ -307,37 +323,46 @@ impl Task<'_> {
     }
 }
 
-/// Seconds that it takes to make, paint and write the image: measured on a strip of as many pixels as take a
-/// millisecond or so, since all of it is proportional to the pixels.
-fn output_seconds(task: &Task<'_>, layers: u32) -> f64 {
-    let region = Region::of(&task.settings);
-    let rows = (STRIP_PIXELS / region.width).clamp(1, region.height);
-    let whole = f64::from(region.height) / f64::from(rows);
-    // Noise packs worst.
-    let noise = |at: usize| f64::from(pcg4d([at as u32, 1, 2, 3])[0]) / f64::from(u32::MAX);
-    let mut strip = PixelSums::new(region.width, rows, 1);
-    strip.samples.fill(4);
-    strip.marks.fill(Mark { hash_most: 1, rays: 8, depth: 2, cut: 0.1, hash_least: 0 });
-    strip.sums.iter_mut().enumerate().for_each(|(at, sum)| *sum = [noise(at); 3]);
-    strip.fix_brightest();
-    let clock = Instant::now();
-    let linear = strip.filled();
-    let view = View { width: region.width, height: rows, linear: &linear };
-    let format = task.request.file.unwrap_or(Format::Png(Bits::Eight));
-    // Errors cannot be: nothing is written anywhere.
-    let _ = format.encode(view, &Metadata::default(), &mut io::sink());
-    let _ = format.encoding_error(view);
-    let _ = crate::image::linear_sha256(&linear);
-    let written = clock.elapsed().as_secs_f64();
-    let clock = Instant::now();
-    let _ = budget::budget(&strip, &task.limit, &task.caps, None, None, task.request.confidence);
-    let known = clock.elapsed().as_secs_f64();
-    let mut painted = 0.0;
-    if layers > 0 {
+/// Seconds that the image takes once it is sampled.
+struct Output {
+    /// To make, paint and write it.
+    image: f64,
+    /// To state its error.
+    statement: f64,
+}
+
+impl Task<'_> {
+    /// What the output will take: measured on the first pixels of the image, since all of it is proportional to them. They are
+    /// further apart than those of the image, so no easier to pack.
+    fn output(&self, image: &PixelSums, layers: u32) -> Output {
+        let first = pixel_order::order(image.width, image.height(), 0..STRIP_PIXELS.min(image.samples.len()));
+        let there: Vec<u32> = first.into_iter().take_while(|p| image.samples[*p as usize] > 0).collect();
+        let width = (there.len() as f64).sqrt().floor() as u32;
+        let strip = image.of_some(&there, width);
+        let pixels = strip.samples.len();
+        if pixels == 0 {
+            return Output { image: 0.0, statement: 0.0 };
+        }
+        let whole = image.samples.len() as f64 / pixels as f64;
         let clock = Instant::now();
-        let _ = strip.half_widths(task.request.confidence);
-        painted = clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
+        let linear = strip.linear();
+        let view = View { width, height: strip.height(), linear: &linear };
+        let format = self.request.file.unwrap_or(Format::Png(Bits::Eight));
+        // Errors cannot be: nothing is written anywhere.
+        let _ = format.encode(view, &Metadata::default(), &mut io::sink());
+        let _ = crate::image::linear_sha256(&linear);
+        let written = clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        let _ = format.encoding_error(view);
+        let _ = budget::budget(&strip, &self.limit, &self.caps, None, None, self.request.confidence);
+        let known = clock.elapsed().as_secs_f64();
+        let mut painted = 0.0;
+        if layers > 0 {
+            let clock = Instant::now();
+            let _ = strip.half_widths(self.request.confidence);
+            painted = clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
+        }
+        // A file system is slower than memory.
+        Output { image: whole * FILE_SYSTEM * (written + painted) + 0.01, statement: whole * known }
     }
-    // A file system is slower than memory.
-    whole * FILE_SYSTEM * (written + known + painted) + 0.01
 }

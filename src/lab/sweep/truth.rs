@@ -304,7 +304,7 @@ pub fn hidden_by_depth(traced: &Traced, samples: u32, limit: &RadianceLimit) -> 
         let mean = sums.iter().map(|s| DVec3::from(*s)).sum::<DVec3>() / n;
         (mean.to_array(), mark.cut / n)
     });
-    truncation(pixels, limit)
+    truncation(&pixels.collect::<Vec<_>>(), limit)
 }
 
 #[cfg(test)]

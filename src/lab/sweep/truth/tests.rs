@@ -80,7 +80,7 @@ fn the_cap_holds_and_a_later_run_goes_on() {
 fn what_is_saved_comes_back_and_another_or_a_damaged_one_does_not() {
     let mut truth = Truth::new(
         identity(),
-        Some(truncation([([0.5; 3], 0.25)], &RadianceLimit { rgb: [1.0; 3], unbounded: None })),
+        Some(truncation(&[([0.5; 3], 0.25)], &RadianceLimit { rgb: [1.0; 3], unbounded: None })),
     );
     truth.refine(&mut Noisy { noise: noisy_half, traced: 0 }, 1e-3, 256, &mut |_, _, _, _| ()).unwrap();
     let mut bytes = Vec::new();

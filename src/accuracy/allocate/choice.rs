@@ -1,0 +1,125 @@
+//! Which classes to double next, and whether that is worth its price.
+
+use super::Allocation;
+use super::class::Class;
+use crate::accuracy::sampling::{Noise, joined};
+use crate::accuracy::unseen::Unseen;
+
+/// Samples for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
+/// refused, and the image gets what the rest of its error asks for, up to [`REFUSED_MOST`].
+const PRICE: f64 = 4096.0;
+
+/// Most samples of a pixel once the promise is refused: what is too bright to be excluded is also too bright to be averaged
+/// out, and a picture without its promise is not worth minutes.
+pub(super) const REFUSED_MOST: u32 = 256;
+
+/// What all classes say together.
+pub(super) struct Present {
+    pub(super) noise: Noise,
+    /// What the variance is multiplied by to be safe.
+    pub(super) factor: f64,
+    pub(super) unseen: Unseen,
+    /// Greatest sum of squared errors from what no sample met.
+    pub(super) hidden: f64,
+    /// Upper limit of the sum of squared errors.
+    pub(super) squares: f64,
+}
+
+impl Present {
+    pub(super) fn of(allocation: &Allocation) -> Present {
+        let (noise, unseen) = (allocation.noise(), allocation.unseen());
+        let confidence = allocation.goal.confidence;
+        let (_, factor) = noise.factor(allocation.gathered.replicates, confidence);
+        let hidden = if allocation.refused { 0.0 } else { unseen.squares(confidence) };
+        Present { noise, factor, hidden, squares: joined(noise.variance(), factor, hidden), unseen }
+    }
+}
+
+/// What a class would gain by doubling the rest of it.
+pub(super) struct Candidate {
+    pub(super) class: usize,
+    pub(super) pixels: usize,
+    pub(super) samples: u32,
+    /// Fall of the squared error.
+    pub(super) drop: f64,
+    /// Rays.
+    pub(super) cost: f64,
+}
+
+impl Allocation {
+    /// Upper limit of the sum of squared errors if the rest of each of `classes`, in ascending order, is doubled.
+    fn after(&self, present: &Present, classes: &[usize]) -> f64 {
+        let variance = present.noise.variance();
+        let share = variance / present.noise.squares.max(f64::MIN_POSITIVE);
+        let (mut unseen, mut fall) = (present.unseen.clone(), 0.0);
+        for c in classes.iter().map(|class| &self.classes[*class]) {
+            unseen = unseen.with_doubled(&c.unseen[1]);
+            fall += c.noise[1].squares * (1.0 - c.doubled);
+        }
+        let hidden = if self.refused { 0.0 } else { unseen.squares(self.goal.confidence) };
+        joined(variance - share * fall, present.factor, hidden)
+    }
+
+    /// Classes that can be doubled, most gain per ray first.
+    pub(super) fn candidates(&self, present: &Present) -> Vec<Candidate> {
+        let mut all: Vec<Candidate> = (self.classes.iter().enumerate())
+            .filter(|(_, c)| c.can_double(&self.goal))
+            .map(|(class, c)| {
+                let pixels = c.pixels.len() - c.ahead;
+                Candidate {
+                    class,
+                    pixels,
+                    samples: c.samples,
+                    drop: present.squares - self.after(present, &[class]),
+                    cost: c.rays * pixels as f64 * f64::from(c.samples),
+                }
+            })
+            .collect();
+        all.sort_by(|a, b| (b.drop / b.cost).total_cmp(&(a.drop / a.cost)));
+        all
+    }
+
+    /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
+    /// weighs most: all of the fewest samples, or those of them that may hold something bright.
+    pub(super) fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
+        if self.refused {
+            return None;
+        }
+        let mut best: Option<(f64, Vec<usize>)> = None;
+        for bright in [true, false] {
+            let able = || candidates.iter().filter(|c| !bright || self.classes[c.class].is_bright());
+            let Some(least) = able().map(|c| c.samples).min() else { continue };
+            let low: Vec<&Candidate> = able().filter(|c| c.samples == least).collect();
+            let mut classes: Vec<usize> = low.iter().map(|c| c.class).collect();
+            classes.sort_unstable();
+            let cost: f64 = low.iter().map(|c| c.cost).sum();
+            let gain = (present.squares - self.after(present, &classes)) / cost;
+            if best.as_ref().is_none_or(|b| gain > b.0) {
+                best = Some((gain, classes));
+            }
+        }
+        let alone = candidates.first().map_or(0.0, |c| c.drop / c.cost);
+        best.filter(|(gain, _)| *gain > alone).map(|(_, classes)| classes)
+    }
+
+    /// True if samples that exclude enough of what is brighter than white cost more than [`PRICE`].
+    pub(super) fn is_too_dear(&self) -> bool {
+        let Some(target) = self.goal.target else { return false };
+        let pixels = self.gathered.samples.len() as f64;
+        let bright: Vec<&Class> = self.classes.iter().filter(|c| c.is_bright()).collect();
+        if bright.is_empty() {
+            return false;
+        }
+        let unseen = self.unseen();
+        let mut samples = self.goal.pilot;
+        while unseen.raised(samples).squares(self.goal.confidence) > target * target * pixels {
+            if samples > self.goal.most / 2 {
+                return true;
+            }
+            samples *= 2;
+        }
+        let (all, some) =
+            (self.rays() as f64, bright.iter().map(|c| c.rays * c.pixels.len() as f64).sum::<f64>());
+        some * f64::from(samples) > PRICE * all / f64::from(self.goal.pilot)
+    }
+}
