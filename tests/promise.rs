@@ -5,7 +5,7 @@
 
 use std::path::Path;
 use std::time::{Duration, Instant};
-use whitted::accuracy::promise::{Bounded, BoundedImage, Request, Target};
+use whitted::accuracy::promise::{Bounded, BoundedImage, Layer, Request, Target};
 use whitted::render::{Observer, Quiet, Renderer, ResumeState, State, Survey};
 use whitted::scene::Scene;
 use whitted::settings::{DeviceChoice, Schedule, Settings};
@@ -181,6 +181,32 @@ fn from_every_state_on_the_way_an_error_and_a_budget_are_the_same() {
             assert_eq!(rays(&last.report), rays(&whole.report));
         }
     }
+}
+
+/// Where only a few samples fit, the image is that of a render with so many samples, bit for bit.
+#[test]
+fn a_short_time_gives_the_plain_render_that_fits() {
+    let scene = scene("cornell.toml");
+    let mut renderer = Renderer::new(&DeviceChoice::Cpu).unwrap();
+    let own = Settings { width: 500, height: 400, ..settings(&scene, 100_000) };
+    // Kernels are compiled before the clock starts.
+    let plain = renderer.render(&scene, &Settings { samples: 1, ..own.clone() }).unwrap();
+    let mut few = 0;
+    for share in [2.0, 3.0, 4.0, 6.0] {
+        let seconds = share * (plain.report.time.render + 0.05);
+        let request = Request::to(Target::Time { seconds, from: Instant::now(), layers: 0 });
+        let image = renderer.render_bounded(&scene, &own, &request).unwrap();
+        let samples = image.report.settings.samples;
+        if image.samples.samples.is_empty() {
+            let same = renderer.render(&scene, &Settings { samples, ..own.clone() }).unwrap();
+            assert_eq!(image.linear(), same.linear, "{samples} samples");
+            assert_eq!((image.done, image.report.asked.met, &image.report.error), (1.0, Some(true), &None));
+            assert_eq!(image.layer(Layer::Samples), vec![f64::from(samples); 500 * 400]);
+            assert!(image.layer(Layer::Cost).iter().all(|cost| cost.is_nan()));
+            few += 1;
+        }
+    }
+    assert!(few > 0, "no time was short");
 }
 
 #[test]

@@ -93,6 +93,13 @@ impl Allocation {
         }
     }
 
+    /// The state after the pilot whose samples are `gathered`.
+    pub fn piloted(gathered: PixelSums, goal: Goal, caps: Caps) -> Allocation {
+        let round = goal.pilot;
+        let nothing = Allocation::new(gathered.width, 0, gathered.replicates, goal, caps);
+        Allocation { height: gathered.height(), gathered, round, ..nothing }
+    }
+
     /// What is asked for.
     pub fn goal(&self) -> Goal {
         self.goal

@@ -7,15 +7,14 @@
 //! of their projected areas there. Shadows and surfaces in front are not taken into account: they only darken, or show
 //! what has a box of its own. A surface of weight s for secondary rays may show `(1 - s) own + s L` anywhere on it.
 
+use super::dim::Dim;
+use super::projection::{MARGIN, Projection, halves};
 use super::radiance_bound::{RadianceLimit, Surface, surfaces};
 use super::unseen::{Cap, Caps};
 use crate::scene::Scene;
 use crate::scene::bounds::Bounds;
 use crate::settings::Settings;
 use glam::DVec3;
-
-/// Rounding of projected coordinates, pixels: f64 has more than enough digits, f32 rays do not.
-const MARGIN: f64 = 1e-3;
 
 /// Boxes are halved until their radiance is known within this factor...
 const KNOWN: f64 = 1.25;
@@ -27,22 +26,24 @@ const MOST_BOXES: usize = 4096;
 /// The caps of the pixels of the region that `settings` renders.
 pub fn caps(scene: &Scene, settings: &Settings, limit: &RadianceLimit) -> Caps {
     let most = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
-    if most <= 1.0 || scene.render.background.max_element() > 1.0 {
+    if scene.render.background.max_element() > 1.0 {
         return Caps::uniform(Cap { radiance: above(most), area: 1.0, mirrored: 0.0 });
     }
-    let mut image = Projection::new(scene, settings);
-    for surface in surfaces(scene) {
+    let surfaces = surfaces(scene);
+    let mut image = Marked::new(scene, settings);
+    let dim = Dim::new(scene, &surfaces, most, &image.projection);
+    for surface in &surfaces {
         let m = &scene.materials[surface.material];
         if m.secondary > 0.0 {
-            let own = own_radiance(scene, &surface, &surface.bounds).min(most);
+            let own = own_radiance(scene, surface, &surface.bounds).min(most);
             let mirrored = (1.0 - m.secondary) * own + m.secondary * most;
             if mirrored > 1.0 {
                 image.mark(&surface.bounds, above(mirrored), true);
             }
         }
-        mark_bright(scene, &surface, most, &mut image);
+        mark_bright(scene, surface, most, &mut image);
     }
-    image.caps()
+    image.caps(&dim)
 }
 
 /// The least f32 above.
@@ -51,7 +52,7 @@ fn above(x: f64) -> f32 {
 }
 
 /// Greatest own colour of the part of a surface in a box.
-fn own_radiance(scene: &Scene, surface: &Surface, part: &Bounds) -> f64 {
+pub(super) fn own_radiance(scene: &Scene, surface: &Surface, part: &Bounds) -> f64 {
     let m = &scene.materials[surface.material];
     let mut light = DVec3::splat(m.ambient);
     for (l, source) in scene.lights.iter().enumerate() {
@@ -62,15 +63,17 @@ fn own_radiance(scene: &Scene, surface: &Surface, part: &Bounds) -> f64 {
     (1.0 - m.secondary) * (0..3).map(shown).fold(0.0, f64::max)
 }
 
+/// Own colour of that part where all lights are as far away as from any point of the box.
+pub(super) fn dimmest(scene: &Scene, surface: &Surface, part: &Bounds) -> f64 {
+    let m = &scene.materials[surface.material];
+    let farthest = |p: DVec3| (part.hi - p).abs().max((part.lo - p).abs()).length_squared();
+    let light = scene.lights.iter().map(|l| l.intensity / farthest(l.position)).sum::<DVec3>();
+    (1.0 - m.secondary) * (m.diffuse * (DVec3::splat(m.ambient) + light)).max_element()
+}
+
 /// Marks the parts of a surface whose own colour may exceed white: its box, halved until what is in it is about
 /// equally bright.
-fn mark_bright(scene: &Scene, surface: &Surface, most: f64, image: &mut Projection) {
-    let m = &scene.materials[surface.material];
-    let dimmest = |part: &Bounds| {
-        let farthest = |p: DVec3| (part.hi - p).abs().max((part.lo - p).abs()).length_squared();
-        let light = scene.lights.iter().map(|l| l.intensity / farthest(l.position)).sum::<DVec3>();
-        (1.0 - m.secondary) * (m.diffuse * (DVec3::splat(m.ambient) + light)).max_element()
-    };
+fn mark_bright(scene: &Scene, surface: &Surface, most: f64, image: &mut Marked) {
     let mut work = vec![surface.bounds];
     let mut made = 1;
     while let Some(part) = work.pop() {
@@ -79,22 +82,13 @@ fn mark_bright(scene: &Scene, surface: &Surface, most: f64, image: &mut Projecti
             continue;
         }
         let size = part.hi - part.lo;
-        let fine = own <= KNOWN * dimmest(&part) || made >= MOST_BOXES || image.is_small(&part);
+        let fine =
+            own <= KNOWN * dimmest(scene, surface, &part) || made >= MOST_BOXES || image.is_small(&part);
         if fine || size.max_element() <= 0.0 {
             image.mark(&part, above(own.min(most)), false);
             continue;
         }
-        let axis = if size.x >= size.y.max(size.z) {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let middle = 0.5 * (part.lo[axis] + part.hi[axis]);
-        let (mut low, mut high) = (part, part);
-        (low.hi[axis], high.lo[axis]) = (middle, middle);
-        work.extend([low, high]);
+        work.extend(halves(&part));
         made += 1;
     }
 }
@@ -105,75 +99,34 @@ fn outside(bounds: &Bounds, p: DVec3) -> f64 {
 }
 
 /// An image into which boxes are projected.
-struct Projection {
-    eye: DVec3,
-    /// View direction, and image axes divided by half the image's size at distance 1.
-    forward: DVec3,
-    right: DVec3,
-    down: DVec3,
-    size: [f64; 2],
-    region: [u32; 4],
+struct Marked {
+    projection: Projection,
     pixels: Vec<Cap>,
 }
 
-impl Projection {
-    fn new(scene: &Scene, settings: &Settings) -> Projection {
-        let c = &scene.camera;
-        let [right, up, forward] = c.axes();
-        let half_height = (c.fov / 2.0).tan();
-        let half_width = half_height * f64::from(settings.width) / f64::from(settings.height);
-        let region = settings.region();
-        let [x0, y0, x1, y1] = region;
-        Projection {
-            eye: c.look_from,
-            forward,
-            right: right / half_width,
-            down: -up / half_height,
-            size: [settings.width, settings.height].map(f64::from),
-            region,
-            pixels: vec![Cap { radiance: 1.0, area: 0.0, mirrored: 0.0 }; ((x1 - x0) * (y1 - y0)) as usize],
-        }
-    }
-
-    /// The rectangle of the image that holds a box, pixels; `None` if the box is behind the eye, everything if it is
-    /// on both sides.
-    fn rectangle(&self, bounds: &Bounds) -> Option<[f64; 4]> {
-        let [width, height] = self.size;
-        let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let (mut before, mut behind) = (false, false);
-        for corner in bounds.corners() {
-            let v = corner - self.eye;
-            let z = v.dot(self.forward);
-            if z <= 1e-9 * v.length() {
-                behind = true;
-                continue;
-            }
-            before = true;
-            let at =
-                [(v.dot(self.right) / z + 1.0) * 0.5 * width, (v.dot(self.down) / z + 1.0) * 0.5 * height];
-            for i in 0..2 {
-                (lo[i], hi[i]) = (lo[i].min(at[i]), hi[i].max(at[i]));
-            }
-        }
-        match (before, behind) {
-            (false, _) => None,
-            (true, true) => Some([0.0, 0.0, width, height]),
-            (true, false) => Some([lo[0] - MARGIN, lo[1] - MARGIN, hi[0] + MARGIN, hi[1] + MARGIN]),
-        }
+impl Marked {
+    fn new(scene: &Scene, settings: &Settings) -> Marked {
+        let projection = Projection::new(scene, settings);
+        let [x0, y0, x1, y1] = projection.region;
+        let pixels = ((x1 - x0) * (y1 - y0)) as usize;
+        Marked { projection, pixels: vec![Cap { radiance: 1.0, area: 0.0, mirrored: 0.0 }; pixels] }
     }
 
     /// True if the box is smaller than `SMALL` in the image, or not in it.
     fn is_small(&self, bounds: &Bounds) -> bool {
-        self.rectangle(bounds).is_none_or(|[left, top, right, bottom]| {
-            let beside = right < 0.0 || bottom < 0.0 || left > self.size[0] || top > self.size[1];
+        self.projection.rectangle(bounds).is_none_or(|[left, top, right, bottom]| {
+            let beside = right < 0.0
+                || bottom < 0.0
+                || left > self.projection.size[0]
+                || top > self.projection.size[1];
             beside || (right - left).max(bottom - top) <= SMALL + 2.0 * MARGIN
         })
     }
 
     /// Marks the pixels that may hold a part of the box; `mirrored`: in mirrors and glass.
     fn mark(&mut self, bounds: &Bounds, radiance: f32, mirrored: bool) {
-        let Some([left, top, right, bottom]) = self.rectangle(bounds) else { return };
-        let [x0, y0, x1, y1] = self.region;
+        let Some([left, top, right, bottom]) = self.projection.rectangle(bounds) else { return };
+        let [x0, y0, x1, y1] = self.projection.region;
         // Pixels of the region that the range touches, from its start.
         let range = |lo: f64, hi: f64, first: u32, end: u32| {
             let within = |x: f64| x.clamp(f64::from(first), f64::from(end));
@@ -194,10 +147,18 @@ impl Projection {
         }
     }
 
-    /// A pixel that holds nothing bright may hold anything up to white.
-    fn caps(self) -> Caps {
-        let cap = |c: Cap| if c.area > 0.0 { c } else { Cap { mirrored: c.mirrored, ..Cap::WHITE } };
-        Caps::new(self.pixels.into_iter().map(cap))
+    /// A pixel that holds nothing bright may hold what `dim` says.
+    fn caps(self, dim: &Dim) -> Caps {
+        let [x0, y0, x1, _] = self.projection.region;
+        let width = (x1 - x0) as usize;
+        let cap = |(at, c): (usize, Cap)| match c.area > 0.0 {
+            true => c,
+            false => {
+                let radiance = dim.at(x0 + (at % width) as u32, y0 + (at / width) as u32);
+                Cap { radiance, area: 1.0, mirrored: c.mirrored }
+            }
+        };
+        Caps::new(self.pixels.into_iter().enumerate().map(cap))
     }
 }
 

@@ -4,12 +4,14 @@
 pub mod allocate;
 pub mod bright;
 pub mod budget;
+pub mod dim;
 pub mod pieces;
 pub mod pixel_order;
 pub mod pixel_sums;
 pub mod interval;
 pub mod pixel_interval;
 pub mod radiance_bound;
+pub mod projection;
 pub mod promise;
 pub mod quantile;
 pub mod sampling;

@@ -23,7 +23,7 @@ pub struct RadianceLimit {
 }
 
 /// What rounding adds: the kernels add a few hundred terms in f32, of relative error 2^-24 each.
-const ROUNDED_UP: f64 = 1.0 + 1.0 / 16_384.0;
+pub(super) const ROUNDED_UP: f64 = 1.0 + 1.0 / 16_384.0;
 
 /// Triangles of one box.
 const BUNCH: usize = 128;

@@ -104,7 +104,10 @@ impl Caps {
     pub fn new(pixels: impl Iterator<Item = Cap>) -> Caps {
         let mut index: BTreeMap<[u32; 3], u16> = BTreeMap::new();
         let mut list = Vec::new();
-        let up = |x: f32| if x > 1.0 { f32::exp2((x.log2() * 4.0).ceil() / 4.0) } else { x };
+        let up = |x: f32| match x > 0.0 && x != 1.0 {
+            true => f32::exp2((x.log2() * 4.0).ceil() / 4.0),
+            false => x,
+        };
         // Neighbours are mostly alike.
         let mut last = None;
         let of = pixels
@@ -137,9 +140,14 @@ impl Caps {
         Caps { list, of }
     }
 
-    /// Greatest radiance of pixels that hold nothing brighter than white.
-    pub fn base(&self) -> f32 {
-        self.list.iter().map(|cap| cap.radiance.min(1.0)).fold(0.0, f32::max)
+    /// Radiance, at most white, that all pixels but `share` of them hold no more than.
+    pub fn base(&self, share: f64) -> f32 {
+        let mut of: Vec<f32> = match self.of.is_empty() {
+            true => self.list.iter().map(|cap| cap.radiance.min(1.0)).collect(),
+            false => self.of.iter().map(|at| self.list[usize::from(*at)].radiance.min(1.0)).collect(),
+        };
+        let at = ((1.0 - share) * (of.len() - 1) as f64).ceil() as usize;
+        *of.select_nth_unstable_by(at, f32::total_cmp).1
     }
 
     /// Of pixel `at`.
@@ -206,6 +214,11 @@ impl Unseen {
     pub fn times(mut self, times: u64) -> Unseen {
         self.pixels.values_mut().for_each(|count| *count *= times);
         self
+    }
+
+    /// The greatest radiance that may be unseen, 0 if there is none.
+    pub fn brightest(&self) -> f32 {
+        self.pixels.keys().map(|(_, radiance, _)| f32::from_bits(*radiance)).fold(0.0, f32::max)
     }
 
     /// True if something brighter than white may be unseen.

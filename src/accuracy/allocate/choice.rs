@@ -80,19 +80,22 @@ impl Allocation {
     }
 
     /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
-    /// weighs most: all of the fewest samples, or those of them that may hold something bright.
+    /// weighs most: of equal samples, those that may hold a radiance or more.
     pub(super) fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
         if self.refused {
             return None;
         }
         let mut best: Option<(f64, Vec<usize>)> = None;
-        for bright in [true, false] {
-            let able = || candidates.iter().filter(|c| !bright || self.classes[c.class].is_bright());
-            let Some(least) = able().map(|c| c.samples).min() else { continue };
-            let low: Vec<&Candidate> = able().filter(|c| c.samples == least).collect();
-            let mut classes: Vec<usize> = low.iter().map(|c| c.class).collect();
+        let radiance = |c: &Candidate| self.classes[c.class].brightest();
+        let mut kinds: Vec<(u32, f32)> = candidates.iter().map(|c| (c.samples, radiance(c))).collect();
+        kinds.sort_by(|a, b| (a.0, b.1).partial_cmp(&(b.0, a.1)).unwrap_or(std::cmp::Ordering::Equal));
+        kinds.dedup();
+        for (samples, least) in kinds {
+            let able = |c: &&Candidate| c.samples == samples && radiance(c) >= least;
+            let those: Vec<&Candidate> = candidates.iter().filter(able).collect();
+            let mut classes: Vec<usize> = those.iter().map(|c| c.class).collect();
             classes.sort_unstable();
-            let cost: f64 = low.iter().map(|c| c.cost).sum();
+            let cost: f64 = those.iter().map(|c| c.cost).sum();
             let gain = (present.squares - self.after(present, &classes)) / cost;
             if best.as_ref().is_none_or(|b| gain > b.0) {
                 best = Some((gain, classes));

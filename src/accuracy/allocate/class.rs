@@ -41,6 +41,11 @@ impl Class {
         self.unseen[1].is_bright()
     }
 
+    /// The greatest radiance that a pixel of the rest may hold unseen.
+    pub(super) fn brightest(&self) -> f32 {
+        self.unseen[1].brightest()
+    }
+
     /// True if its pixels may have twice as many samples.
     pub(super) fn can_double(&self, goal: &Goal) -> bool {
         self.samples <= goal.most / 2
@@ -92,10 +97,12 @@ pub(super) fn classify(gathered: &PixelSums, caps: &Caps, goal: &Goal) -> Vec<Cl
     let image = pieces::map(count, |p| gathered.mean(p));
     let keys = pieces::map(count, |p| {
         let (kind, level) = look_around(gathered, goal, p as u32, &noise, &image);
-        let bright = caps.of(p).given(gathered.known_of(p)).radiance > 1.0;
-        (bright, kind, level)
+        let radiance = caps.of(p).given(gathered.known_of(p)).radiance;
+        // Factors of 2 below white.
+        let dim = (-radiance.log2()).clamp(0.0, 7.0) as u8;
+        (radiance > 1.0, std::cmp::Reverse(dim), kind, level)
     });
-    let mut groups: BTreeMap<(bool, u8, i32), Vec<u32>> = BTreeMap::new();
+    let mut groups: BTreeMap<_, Vec<u32>> = BTreeMap::new();
     for (p, key) in keys.into_iter().enumerate() {
         groups.entry(key).or_default().push(p as u32);
     }

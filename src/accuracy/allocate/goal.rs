@@ -9,6 +9,9 @@ const LEAST_PILOT: u32 = 2;
 /// Share of the squared target that may be unseen after the pilot.
 const PILOT_UNSEEN: f64 = 0.5;
 
+/// Share of the pixels that may hold more than is reckoned with there: they get their samples later.
+const PILOT_BRIGHTER: f64 = 0.25;
+
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
@@ -30,7 +33,7 @@ impl Goal {
     pub fn for_target(target: f64, confidence: f64, pixels: usize, caps: &Caps, most: u32) -> Goal {
         let mut pilot = LEAST_PILOT;
         let allowed = PILOT_UNSEEN * target * target * pixels as f64;
-        let base = Cap { radiance: caps.base(), ..Cap::WHITE };
+        let base = Cap { radiance: caps.base(PILOT_BRIGHTER), ..Cap::WHITE };
         let unseen = |samples| {
             let mut one = Unseen::default();
             one.add(samples, base, Known::NOTHING);

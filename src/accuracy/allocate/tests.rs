@@ -1,4 +1,5 @@
 use super::super::synthetic::{Feature, Painter, Picture, Points, squared_error};
+use super::super::unseen::Cap;
 use super::*;
 use rayon::prelude::*;
 
@@ -195,7 +196,7 @@ fn a_render_in_pieces_is_the_render_in_one() {
         let Ok(traced) = painter().trace(&step.pixels, step.samples.clone());
         parts.record(&step, &traced);
         let text = serde_json::to_string(&parts).unwrap();
-        let loaded: Allocation = serde_json::from_str(&text).unwrap();
+        let mut loaded: Allocation = serde_json::from_str(&text).unwrap();
         assert_eq!(loaded.next_step(f64::INFINITY), parts.next_step(f64::INFINITY));
         parts = loaded;
     }

@@ -1,11 +1,11 @@
 //! An image with an error bound, and its layers.
 
-use super::{Bounded, Task};
+use super::{Bounded, Request, Task};
 use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{self, Format, SaveError, View, linear_sha256};
-use crate::render::{Observer, ResumeState, Survey, not_finite};
+use crate::render::{Observer, Rendered, ResumeState, Survey, not_finite};
 use crate::report::{ErrorInfo, Report, TimeInfo};
 use std::path::Path;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use std::time::Duration;
 /// An image with an upper bound on its error, in [`Report::error`].
 #[derive(Debug, Clone)]
 pub struct BoundedImage {
-    /// The samples; a row is as wide as the region rendered.
+    /// The samples; a row is as wide as the region rendered. No rows where nothing is known of the error.
     #[doc(hidden)]
     pub samples: PixelSums,
     /// Rows of the region rendered.
@@ -35,6 +35,8 @@ pub struct BoundedImage {
     pub done: f64,
     /// True if sampled from coarse to fine, so that pixels without samples can be filled in.
     coarse: bool,
+    /// The image of a render that kept nothing else of its samples.
+    plain: Option<Vec<[f32; 3]>>,
     /// Format of the file that the error bound is of; its bits may have been chosen.
     pub file: Option<Format>,
     /// True if it was cancelled.
@@ -117,6 +119,30 @@ impl std::str::FromStr for Layer {
 }
 
 impl BoundedImage {
+    /// One of which nothing is known but its pixels.
+    pub(super) fn plain(
+        rendered: Rendered,
+        limit: RadianceLimit,
+        request: &Request,
+        cancelled: bool,
+    ) -> BoundedImage {
+        BoundedImage {
+            samples: PixelSums::new(rendered.width, 0, 1),
+            height: rendered.height,
+            limit,
+            rounding: None,
+            tests: None,
+            confidence: request.confidence,
+            report: rendered.report,
+            done: rendered.done,
+            coarse: false,
+            plain: Some(rendered.linear),
+            file: request.file,
+            cancelled,
+            unfinished: None,
+        }
+    }
+
     /// Columns of the region rendered.
     pub fn width(&self) -> u32 {
         self.samples.width
@@ -134,14 +160,23 @@ impl BoundedImage {
     /// The image, linear RGB, rows from the top. Pixels without samples copy their nearest neighbour with samples if the image was
     /// sampled from coarse to fine; otherwise they are black.
     pub fn linear(&self) -> Vec<[f32; 3]> {
-        if self.coarse && self.done > 0.0 { self.samples.filled() } else { self.samples.linear() }
+        match &self.plain {
+            Some(linear) => linear.clone(),
+            None if self.coarse && self.done > 0.0 => self.samples.filled(),
+            None => self.samples.linear(),
+        }
     }
 
     /// The values of a layer, rows from the top; NaN if unknown.
     pub fn layer(&self, layer: Layer) -> Vec<f64> {
         let marks = || self.samples.marks.iter();
         let rounding = self.rounding.as_ref();
-        let unknown = || vec![f64::NAN; self.samples.samples.len()];
+        let pixels = self.width() as usize * self.height as usize;
+        let unknown = || vec![f64::NAN; pixels];
+        if self.plain.is_some() {
+            let samples = f64::from(self.report.settings.samples);
+            return if layer == Layer::Samples { vec![samples; pixels] } else { unknown() };
+        }
         match layer {
             Layer::Sampling => self.samples.half_widths(self.confidence),
             Layer::Truncation => self.samples.hidden(&self.limit),
@@ -217,6 +252,7 @@ impl Task<'_> {
             report,
             done,
             coarse,
+            plain: None,
             cancelled,
             unfinished,
             file,

@@ -10,6 +10,7 @@
 mod bounded_image;
 mod fixed;
 mod monotone_progress;
+mod plain_in_time;
 mod resume_state;
 mod rounding;
 mod settled;

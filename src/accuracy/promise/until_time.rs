@@ -44,27 +44,29 @@ const LEAST_DEPTH: u32 = 4;
 const STRIP_PIXELS: usize = 1 << 14;
 /// Share of the time left that these may take.
 const STRIP_SHARE: f64 = 0.5;
+/// Seconds that the smallest file takes.
+const WRITING: f64 = 0.01;
 /// Time to write an image to a file / to memory.
 const FILE_SYSTEM: f64 = 1.25;
 /// When what has to be done.
-struct Clock {
+pub(super) struct Clock {
     from: Instant,
-    seconds: f64,
+    pub(super) seconds: f64,
     /// Seconds that making and writing the image and ending takes.
-    reserve: f64,
+    pub(super) reserve: f64,
     /// Seconds that it takes to sort the pixels into classes, or to measure them again after a step.
     deciding: f64,
 }
 
 impl Clock {
-    fn end(&self) -> Instant {
+    pub(super) fn end(&self) -> Instant {
         let seconds = self.seconds * (1.0 - SLACK) - self.reserve;
         self.from
             + Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::from_secs(u32::MAX.into()))
     }
 
     /// Seconds to the end.
-    fn left(&self) -> f64 {
+    pub(super) fn left(&self) -> f64 {
         self.end().saturating_duration_since(Instant::now()).as_secs_f64()
     }
 
@@ -83,6 +85,13 @@ impl Task<'_> {
         layers: u32,
         earlier: Option<ResumeState<Bounded>>,
     ) -> Result<BoundedImage, RenderError> {
+        let mut clock = Clock { from, seconds, reserve: 0.0, deciding: 0.0 };
+        if earlier.is_none() && layers == 0 {
+            self.observer.by_clock(from, seconds);
+            if let Some(image) = self.plain_in_time(&mut clock)? {
+                return Ok(image);
+            }
+        }
         let own = self.settings.clone();
         let depth = if self.request.keep_depth { own.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..self.settings };
@@ -102,17 +111,11 @@ impl Task<'_> {
         let begun = Begun { start, identity: &identity, before: &before };
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
-        let mut clock = Clock { from, seconds, reserve: closing, deciding: 0.0 };
+        (clock.seconds, clock.reserve) = (seconds, closing);
 
         // Every pixel once, at the scene's own depth: from then on there is an image.
         survey.cut_at(own.depth, own.cutoff);
-        let goal = Goal {
-            target: None,
-            confidence: self.request.confidence,
-            first: 1,
-            pilot: LOOK_SAMPLES,
-            most: MOST_SAMPLES,
-        };
+        let goal = self.goal_in_time();
         let mut timed = timed.unwrap_or_else(|| {
             let allocation = Allocation::new(region.width, region.height, 1, goal, self.caps.clone());
             Timed { cut: None, rounded: None, pace: 0.0, allocation }
@@ -124,7 +127,7 @@ impl Task<'_> {
         let begin = Instant::now();
         self.show(&survey, timed.allocation.gathered(), start);
         clock.reserve += begin.elapsed().as_secs_f64() + output.statement;
-        clock.deciding = output.statement;
+        clock.deciding = output.deciding;
         if timed.allocation.is_covered() && (clock.left() > 0.0 || timed.cut.is_some()) {
             if timed.cut.is_none() {
                 let (mut cut, fast) = self.cut_in_time(&mut survey, &clock)?;
@@ -181,6 +184,11 @@ impl Task<'_> {
             None
         };
         Ok(known)
+    }
+
+    fn goal_in_time(&self) -> Goal {
+        let confidence = self.request.confidence;
+        Goal { target: None, confidence, first: 1, pilot: LOOK_SAMPLES, most: MOST_SAMPLES }
     }
 
     /// Where to cut, from a few pixels, and the pace of the device in rays a second.
@@ -323,46 +331,66 @@ impl Task<'_> {
     }
 }
 
+/// How many of `pixels` are measured.
+pub(super) fn strip(pixels: usize) -> usize {
+    STRIP_PIXELS.min(pixels)
+}
+
 /// Seconds that the image takes once it is sampled.
 struct Output {
     /// To make, paint and write it.
     image: f64,
     /// To state its error.
     statement: f64,
+    /// To sort its pixels into classes.
+    deciding: f64,
 }
 
 impl Task<'_> {
     /// What the output will take: measured on the first pixels of the image, since all of it is proportional to them. They are
     /// further apart than those of the image, so no easier to pack.
     fn output(&self, image: &PixelSums, layers: u32) -> Output {
-        let first = pixel_order::order(image.width, image.height(), 0..STRIP_PIXELS.min(image.samples.len()));
+        let first = pixel_order::order(image.width, image.height(), 0..strip(image.samples.len()));
         let there: Vec<u32> = first.into_iter().take_while(|p| image.samples[*p as usize] > 0).collect();
         let width = (there.len() as f64).sqrt().floor() as u32;
         let strip = image.of_some(&there, width);
         let pixels = strip.samples.len();
         if pixels == 0 {
-            return Output { image: 0.0, statement: 0.0 };
+            return Output { image: 0.0, statement: 0.0, deciding: 0.0 };
         }
         let whole = image.samples.len() as f64 / pixels as f64;
-        let clock = Instant::now();
         let linear = strip.linear();
-        let view = View { width, height: strip.height(), linear: &linear };
-        let format = self.request.file.unwrap_or(Format::Png(Bits::Eight));
-        // Errors cannot be: nothing is written anywhere.
-        let _ = format.encode(view, &Metadata::default(), &mut io::sink());
-        let _ = crate::image::linear_sha256(&linear);
-        let written = clock.elapsed().as_secs_f64();
+        let written = self.write_seconds(&linear, image.samples.len());
         let clock = Instant::now();
-        let _ = format.encoding_error(view);
+        if let Some(format) = self.request.file {
+            let _ = format.encoding_error(View { width, height: strip.height(), linear: &linear });
+        }
         let _ = budget::budget(&strip, &self.limit, &self.caps, None, None, self.request.confidence);
         let known = clock.elapsed().as_secs_f64();
         let mut painted = 0.0;
         if layers > 0 {
             let clock = Instant::now();
             let _ = strip.half_widths(self.request.confidence);
-            painted = clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
+            painted = whole * clock.elapsed().as_secs_f64() + 3.0 * f64::from(layers) * written;
         }
+        let clock = Instant::now();
+        Allocation::piloted(strip, self.goal_in_time(), self.caps.clone()).decide();
+        let deciding = clock.elapsed().as_secs_f64();
+        Output { image: written + painted, statement: whole * known, deciding: whole * deciding }
+    }
+
+    /// Seconds that it takes to make and write an image of `pixels` pixels, measured on some of them.
+    pub(super) fn write_seconds(&self, some: &[[f32; 3]], pixels: usize) -> f64 {
+        let clock = Instant::now();
+        let width = (some.len() as f64).sqrt().floor() as u32;
+        let height = some.len() as u32 / width.max(1);
+        let linear = &some[..(width * height) as usize];
+        let format = self.request.file.unwrap_or(Format::Png(Bits::Eight));
+        // Errors cannot be: nothing is written anywhere.
+        let _ = format.encode(View { width, height, linear }, &Metadata::default(), &mut io::sink());
+        let _ = crate::image::linear_sha256(linear);
         // A file system is slower than memory.
-        Output { image: whole * FILE_SYSTEM * (written + painted) + 0.01, statement: whole * known }
+        let whole = pixels as f64 / linear.len().max(1) as f64;
+        whole * FILE_SYSTEM * clock.elapsed().as_secs_f64() + WRITING
     }
 }
