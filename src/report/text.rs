@@ -21,10 +21,9 @@ pub fn summary(report: &Report) -> String {
     )
 }
 
-/// The error budget, and whether the error or time that was asked for was kept; empty without a
-/// budget.
+/// The error budget, and whether the error or time that was asked for was kept; empty without either.
 pub fn error(report: &Report) -> Vec<String> {
-    let Some(e) = &report.error else { return Vec::new() };
+    let Some(e) = &report.error else { return without_error(report) };
     let mut lines = vec![format!(
         "error at most {} (RMSE in linear light from 0 to 1; {} % confidence)",
         figure(e.total),
@@ -83,6 +82,17 @@ pub fn error(report: &Report) -> Vec<String> {
         (_, why) => format!("asked for {what}: not kept, {}", why.as_deref().unwrap_or("it was interrupted")),
     });
     lines
+}
+
+/// Of a render for a time that left none to learn the error.
+fn without_error(report: &Report) -> Vec<String> {
+    match (report.asked.time, report.asked.met) {
+        (Some(time), Some(true)) => vec![
+            "error unknown: there was no time to learn it".to_owned(),
+            format!("asked for {}: kept", seconds(time)),
+        ],
+        _ => Vec::new(),
+    }
 }
 
 /// Numerical faults and other warnings, one line each.
