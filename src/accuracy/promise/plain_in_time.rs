@@ -2,7 +2,7 @@
 //!
 //! An image whose error is known takes other kernels, longer to prepare, and keeps more of each pixel. Where only a few
 //! samples fit, what that costs would be better spent on samples. So first comes the whole image with one sample, which
-//! times the device; then all samples that fit, in one render; or, where there is time for more than `ENOUGH`, the
+//! times the device; then the samples that fit; or, where there is time for more than `ENOUGH`, the
 //! image with a bound ([`until_time`](super::until_time)).
 
 use super::Task;
@@ -42,6 +42,7 @@ impl Task<'_> {
         let Some(first) = self.plain(1, clock)? else { return Ok(None) };
         let took = first.report.time.render;
         let prepared = first.report.time.first_dispatch;
+        clock.opened = prepared;
         clock.reserve = self.written(&first);
         let left = clock.left();
         // Other kernels take about as long to prepare as the first.
@@ -57,7 +58,13 @@ impl Task<'_> {
                 .transpose()?,
             false => None,
         };
-        let rendered = more.unwrap_or(first);
+        let rendered = match more {
+            Some(mut more) => {
+                more.report.time.first_dispatch += clock.opened;
+                more
+            }
+            None => first,
+        };
         let lost = rendered.report.counters.lost().or_else(|| not_finite(&rendered.linear));
         let cancelled = self.observer.cancelled();
         let mut image = BoundedImage::plain(rendered, self.limit.clone(), &self.request, cancelled);

@@ -56,6 +56,8 @@ pub(super) struct Clock {
     pub(super) reserve: f64,
     /// Seconds that it takes to sort the pixels into classes, or to measure them again after a step.
     deciding: f64,
+    /// Seconds that it took to open the device and to prepare kernels before those of the image with a bound.
+    pub(super) opened: f64,
 }
 
 impl Clock {
@@ -85,7 +87,7 @@ impl Task<'_> {
         layers: u32,
         earlier: Option<ResumeState<Bounded>>,
     ) -> Result<BoundedImage, RenderError> {
-        let mut clock = Clock { from, seconds, reserve: 0.0, deciding: 0.0 };
+        let mut clock = Clock { from, seconds, reserve: 0.0, deciding: 0.0, opened: 0.0 };
         if earlier.is_none() && layers == 0 {
             self.observer.by_clock(from, seconds);
             if let Some(image) = self.plain_in_time(&mut clock)? {
@@ -162,6 +164,7 @@ impl Task<'_> {
         let mut known =
             self.known(Image { samples, rounding, prepared, render, before, coarse: true }, &survey);
         known.unfinished = kept;
+        known.report.time.first_dispatch += clock.opened;
         known.report.asked.time = Some(seconds);
         known.report.asked.met = Some(!short && !known.cancelled);
         known.report.asked.unmet_why = if known.cancelled {

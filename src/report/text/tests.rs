@@ -121,3 +121,14 @@ fn only_what_happened_is_warned_of() {
     let [first, second] = &warnings(&report)[..] else { panic!("{:?}", warnings(&report)) };
     assert!(first.contains("1 triangle ") && second.contains("2 rays "), "{first} {second}");
 }
+
+#[test]
+fn a_time_without_a_statement_says_so() {
+    let mut report = sample();
+    assert_eq!(error(&report), Vec::<String>::new());
+    (report.asked.time, report.asked.met) = (Some(0.5), Some(true));
+    assert_eq!(error(&report), ["error unknown: there was no time to learn it", "asked for 500 ms: kept"]);
+    // What was not kept is told as the reason of the exit code.
+    report.asked.met = Some(false);
+    assert_eq!(error(&report), Vec::<String>::new());
+}
