@@ -147,6 +147,15 @@ fn an_error_that_cannot_be_reached_leaves_the_image_and_says_why() {
 }
 
 #[test]
+fn an_error_that_no_samples_give_is_refused_soon() {
+    let bench = Bench::new();
+    let report = bench.render("a.exr", &["--size", "24x20", "--error", "1e-7"], 7);
+    let why = report["asked"]["unmet_why"].as_str().unwrap();
+    assert!(why.contains("even 65536 samples in every pixel"), "{why}");
+    assert!(report["settings"]["samples"].as_u64().unwrap() <= 256, "{}", report["settings"]);
+}
+
+#[test]
 fn a_time_far_too_short_gives_a_coarse_image_of_unknown_error() {
     let bench = Bench::new();
     let report = bench.render("a.exr", &["--size", "120x100", "--time", "0.001"], 7);

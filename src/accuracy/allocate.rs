@@ -44,6 +44,15 @@ pub struct Step {
     parts: Vec<(usize, usize)>,
 }
 
+/// Why a target is given up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// To exclude what no sample met takes more samples than the image is worth.
+    TooDear,
+    /// The most samples that pixels may have would not get there.
+    OutOfReach,
+}
+
 /// Why there is no next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outcome {
@@ -69,8 +78,8 @@ pub struct Allocation {
     piloted: usize,
     /// What is left of a step that was cut short.
     open: Option<Step>,
-    /// True if what no sample met is not worth its price: it is then left out of all choices.
-    refused: bool,
+    /// Why the target is given up: what no sample met is then left out of all choices.
+    refused: Option<Refusal>,
     /// What each pixel may hold unseen.
     #[serde(skip)]
     caps: Caps,
@@ -88,7 +97,7 @@ impl Allocation {
             round: 0,
             piloted: 0,
             open: None,
-            refused: false,
+            refused: None,
             caps,
         }
     }
@@ -172,7 +181,7 @@ impl Allocation {
 
     /// Whether there is more to do.
     pub fn outcome(&self) -> Outcome {
-        let seen = |bound: SamplingBound| match self.refused {
+        let seen = |bound: SamplingBound| match self.refused.is_some() {
             true => self.noise().bound(self.gathered.replicates, self.goal.confidence, 0.0),
             false => bound,
         };
@@ -249,8 +258,14 @@ impl Allocation {
         }
         self.gathered.fix_brightest();
         self.classes = class::classify(&self.gathered, &self.caps, &self.goal);
-        self.refused = self.is_too_dear();
-        if self.refused {
+        self.refused = if self.is_out_of_reach(false) {
+            Some(Refusal::OutOfReach)
+        } else if self.is_too_dear() {
+            Some(Refusal::TooDear)
+        } else {
+            self.is_out_of_reach(true).then_some(Refusal::OutOfReach)
+        };
+        if self.refused.is_some() {
             self.goal.most = self.goal.most.min(REFUSED_MOST).max(self.goal.pilot);
         }
     }
@@ -317,8 +332,8 @@ impl Allocation {
         all
     }
 
-    /// True if the promise was refused for what no sample met.
-    pub fn is_refused(&self) -> bool {
+    /// Why the target was given up after the pilot, if it was.
+    pub fn refused(&self) -> Option<Refusal> {
         self.refused
     }
 }

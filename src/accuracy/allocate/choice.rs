@@ -2,7 +2,7 @@
 
 use super::Allocation;
 use super::class::Class;
-use crate::accuracy::sampling::{Noise, joined};
+use crate::accuracy::sampling::{Noise, RATE_MOST, joined};
 use crate::accuracy::unseen::Unseen;
 
 /// Samples for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
@@ -30,7 +30,7 @@ impl Present {
         let (noise, unseen) = (allocation.noise(), allocation.unseen());
         let confidence = allocation.goal.confidence;
         let (_, factor) = noise.factor(allocation.gathered.replicates, confidence);
-        let hidden = if allocation.refused { 0.0 } else { unseen.squares(confidence) };
+        let hidden = if allocation.refused.is_some() { 0.0 } else { unseen.squares(confidence) };
         Present { noise, factor, hidden, squares: joined(noise.variance(), factor, hidden), unseen }
     }
 }
@@ -56,7 +56,7 @@ impl Allocation {
             unseen = unseen.with_doubled(&c.unseen[1]);
             fall += c.noise[1].squares * (1.0 - c.doubled);
         }
-        let hidden = if self.refused { 0.0 } else { unseen.squares(self.goal.confidence) };
+        let hidden = if self.refused.is_some() { 0.0 } else { unseen.squares(self.goal.confidence) };
         joined(variance - share * fall, present.factor, hidden)
     }
 
@@ -82,7 +82,7 @@ impl Allocation {
     /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
     /// weighs most: of equal samples, those that may hold a radiance or more.
     pub(super) fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
-        if self.refused {
+        if self.refused.is_some() {
             return None;
         }
         let mut best: Option<(f64, Vec<usize>)> = None;
@@ -103,6 +103,18 @@ impl Allocation {
         }
         let alone = candidates.first().map_or(0.0, |c| c.drop / c.cost);
         best.filter(|(gain, _)| *gain > alone).map(|(_, classes)| classes)
+    }
+
+    /// True if the most samples that a pixel may have would not reach the target, were all samples as good as along edges;
+    /// `unseen`: what no sample met is reckoned with.
+    pub(super) fn is_out_of_reach(&self, unseen: bool) -> bool {
+        let Some(target) = self.goal.target else { return false };
+        let (pixels, most) = (self.gathered.samples.len() as f64, f64::from(self.goal.most));
+        let noise = self.noise();
+        let (_, factor) = noise.factor(self.gathered.replicates, self.goal.confidence);
+        let variance = noise.variance() * RATE_MOST.powf((f64::from(self.goal.pilot) / most).log2());
+        let hidden = || self.unseen().raised(self.goal.most).squares(self.goal.confidence);
+        joined(variance, factor, if unseen { hidden() } else { 0.0 }) > target * target * pixels
     }
 
     /// True if samples that exclude enough of what is brighter than white cost more than [`PRICE`].

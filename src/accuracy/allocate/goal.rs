@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// Fewest samples of every pixel: their difference is all that is known of its error.
 const LEAST_PILOT: u32 = 2;
 
+/// Most samples of the pilot: what is asked for is judged after it.
+const MOST_PILOT: u32 = 256;
+
 /// Share of the squared target that may be unseen after the pilot.
 const PILOT_UNSEEN: f64 = 0.5;
 
@@ -39,7 +42,7 @@ impl Goal {
             one.add(samples, base, Known::NOTHING);
             one.squares(confidence)
         };
-        while pilot <= most / 2 && unseen(pilot) > allowed {
+        while pilot <= most.min(MOST_PILOT) / 2 && unseen(pilot) > allowed {
             pilot *= 2;
         }
         Goal { target: Some(target), confidence, first: pilot, pilot, most: most.max(pilot) }

@@ -263,8 +263,8 @@ fn one_pixel_and_a_flat_image_end() {
         let goal = Goal::for_target(1e-6, CONFIDENCE, (side * side) as usize, &Caps::default(), 256);
         let mut allocation = Allocation::new(side, side, 1, goal, Caps::default());
         let Ok(outcome) = run(&mut allocation, &mut source, |_| true);
-        // What no sample met alone keeps the bound above such a target.
-        assert_eq!(outcome, Outcome::Capped);
+        // What no sample met alone keeps the bound above such a target; all that was seen is certain.
+        assert_eq!((outcome, allocation.refused()), (Outcome::Reached, Some(Refusal::OutOfReach)));
         assert!(image_of(&allocation).iter().all(|c| (c[0] - 0.5).abs() < 1e-12));
         assert!(allocation.gathered().samples.iter().all(|&n| n == 256));
     }
@@ -283,7 +283,7 @@ fn a_promise_that_costs_too_much_is_refused_after_the_pilot() {
             Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 7, traced: 0 };
         run(&mut allocation, &mut painter, |_| true).unwrap();
         let each = allocation.samples() as f64 / f64::from(side * side);
-        (allocation.is_refused(), each, allocation.bound().unwrap().bound)
+        (allocation.refused() == Some(Refusal::TooDear), each, allocation.bound().unwrap().bound)
     };
     let (refused, each, bound) = run_with(100.0, 0.02);
     assert!(!refused && bound <= 0.02 && each > 500.0, "{each} {bound}");
@@ -292,4 +292,24 @@ fn a_promise_that_costs_too_much_is_refused_after_the_pilot() {
     // Nor is the rest sampled for ever.
     let (refused, each, _) = run_with(1e5, 2e-3);
     assert!(refused && each > 100.0 && each <= f64::from(REFUSED_MOST), "{each}");
+}
+
+/// What no number of samples can give is refused after the pilot; what many can is not.
+#[test]
+fn a_target_out_of_reach_is_refused_after_the_pilot() {
+    let side = 16;
+    let picture = picture(Kind::Edges, side, 3);
+    let run_with = |target: f64, most: u32| {
+        let goal = Goal::for_target(target, CONFIDENCE, (side * side) as usize, &Caps::default(), most);
+        let mut allocation = Allocation::new(side, side, 1, goal, Caps::default());
+        let mut painter =
+            Painter { picture: &picture, points: Points::Owen, replicates: 1, seed: 7, traced: 0 };
+        run(&mut allocation, &mut painter, |_| true).unwrap();
+        let most = allocation.gathered().samples.iter().max().copied();
+        (allocation.refused(), most, allocation.bound().unwrap().bound <= target)
+    };
+    assert_eq!(run_with(1e-7, 1 << 16), (Some(Refusal::OutOfReach), Some(REFUSED_MOST), false));
+    assert_eq!(run_with(1e-3, 1 << 12).0, None);
+    let (refused, _, reached) = run_with(1e-3, 1 << 16);
+    assert!(refused.is_none() && reached);
 }

@@ -6,7 +6,7 @@ use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
 use super::truncation_choice::{self, TruncationChoice};
 use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
-use crate::accuracy::allocate::{Allocation, Goal, Outcome};
+use crate::accuracy::allocate::{Allocation, Goal, Outcome, Refusal};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{Bits, View};
@@ -65,7 +65,7 @@ impl Task<'_> {
             chosen = Chosen { cut, last, allocation: self.allocation(target), ..chosen };
         }
         let capped = chosen.allocation.outcome() == Outcome::Capped;
-        let refused = chosen.allocation.is_refused();
+        let refused = chosen.allocation.refused();
         let cancelled = self.observer.cancelled();
         let samples =
             if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
@@ -238,7 +238,7 @@ fn unmet(
     target: f64,
     depth: u32,
     limit: &RadianceLimit,
-    (capped, refused): (bool, bool),
+    (capped, refused): (bool, Option<Refusal>),
 ) -> String {
     let figure = crate::units::figure;
     if let Some(why) = &e.void {
@@ -268,7 +268,14 @@ fn unmet(
     if e.encoding == Some(most) {
         return format!("the file's own steps cause {}; try --bits 16, or .exr", figure(most));
     }
-    if refused || e.unseen > 0.7 * e.sampling {
+    if refused == Some(Refusal::OutOfReach) {
+        return format!(
+            "even {MOST_SAMPLES} samples in every pixel would leave a sampling error above {}; an error above {} would do",
+            figure(target),
+            figure(e.total)
+        );
+    }
+    if refused.is_some() || e.unseen > 0.7 * e.sampling {
         let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
         return format!(
             "parts of pixels that no sample met may hold radiance up to {}, and could cause {}: lamps close to surfaces, \
@@ -276,7 +283,7 @@ fn unmet(
              more distant light, or an error above {} would do",
             figure(brightest),
             figure(e.unseen),
-            if refused {
+            if refused.is_some() {
                 ", and to exclude them takes more samples than the whole image is worth"
             } else {
                 ""
