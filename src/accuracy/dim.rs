@@ -9,13 +9,12 @@ use super::bright::{dimmest, own_radiance};
 use super::projection::{Projection, halves};
 use super::radiance_bound::{ROUNDED_UP, Surface};
 use crate::scene::Scene;
-use crate::scene::bounds::Bounds;
 
 /// Blocks along the longer side of the image.
 const BLOCKS: u32 = 128;
 /// Boxes are halved until their radiance is known within this factor.
 const KNOWN: f64 = 1.5;
-/// Less than this is as good as this.
+/// Radiance below which no difference is made.
 const LEAST: f64 = 1.0 / 64.0;
 /// Boxes of all surfaces together...
 const ALL_BOXES: usize = 1 << 16;
@@ -53,7 +52,8 @@ impl Dim {
                     && rectangle[3] - rectangle[1] <= f64::from(side);
                 // What is known well may still be seen in less of the image than its box.
                 let fits = made < boxes && !small && (part.hi - part.lo).max_element() > 0.0;
-                let wide = own + secondary > LEAST && dim.wider(&part, image);
+                // A box that reaches behind the eye has everything for its rectangle, which tells nothing.
+                let wide = own + secondary > LEAST && rectangle == [0.0, 0.0, image.size[0], image.size[1]];
                 if fits && (!known || wide) {
                     work.extend(halves(&part));
                     made += 1;
@@ -63,11 +63,6 @@ impl Dim {
             }
         }
         dim
-    }
-
-    /// True if a box reaches behind the eye: its rectangle tells nothing.
-    fn wider(&self, part: &Bounds, image: &Projection) -> bool {
-        image.rectangle(part).is_some_and(|r| r == [0.0, 0.0, image.size[0], image.size[1]])
     }
 
     fn mark(&mut self, [left, top, right, bottom]: [f64; 4], radiance: f64, image: &Projection) {

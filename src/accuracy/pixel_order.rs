@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Side of the first grid.
 const COARSEST: u32 = 64;
 
-/// The pixels `y * width + x` of an image that have these places among all of them, each of which comes once.
+/// The pixels `y * width + x` of an image at `places` of the order from coarse to fine, in which every pixel comes once.
 pub fn order(width: u32, height: u32, places: Range<usize>) -> Vec<u32> {
     let mut listed = Vec::with_capacity(places.len());
     let mut place = 0;

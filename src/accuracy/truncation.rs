@@ -49,9 +49,9 @@ pub fn truncation_of(
     let add = |(squares, most, pixels): &mut (f64, f64, u64), at: usize| {
         let (mean, cut) = of(at);
         *pixels += u64::from(cut > 0.0);
-        for lacks in hidden(mean, cut, limit) {
-            *squares += lacks * lacks;
-            *most = most.max(lacks);
+        for missing in hidden(mean, cut, limit) {
+            *squares += missing * missing;
+            *most = most.max(missing);
         }
     };
     let join = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0 + b.0, f64::max(a.1, b.1), a.2 + b.2);

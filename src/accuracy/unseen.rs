@@ -140,7 +140,7 @@ impl Caps {
         Caps { list, of }
     }
 
-    /// Radiance, at most white, that all pixels but `share` of them hold no more than.
+    /// The radiance that no more than `share` of the pixels can exceed; at most white.
     pub fn base(&self, share: f64) -> f32 {
         let mut of: Vec<f32> = match self.of.is_empty() {
             true => self.list.iter().map(|cap| cap.radiance.min(1.0)).collect(),
@@ -216,7 +216,7 @@ impl Unseen {
         self
     }
 
-    /// The greatest radiance that may be unseen, 0 if there is none.
+    /// Greatest radiance that some pixel may hold unseen; 0 without pixels.
     pub fn brightest(&self) -> f32 {
         self.pixels.keys().map(|(_, radiance, _)| f32::from_bits(*radiance)).fold(0.0, f32::max)
     }

@@ -80,7 +80,7 @@ impl Allocation {
     }
 
     /// Classes to double together where that gains more per ray than any of them alone, because what no sample met
-    /// weighs most: of equal samples, those that may hold a radiance or more.
+    /// weighs most: classes of equal samples whose pixels may hold a radiance of some least value or more.
     pub(super) fn lift(&self, present: &Present, candidates: &[Candidate]) -> Option<Vec<usize>> {
         if self.refused.is_some() {
             return None;
@@ -88,7 +88,7 @@ impl Allocation {
         let mut best: Option<(f64, Vec<usize>)> = None;
         let radiance = |c: &Candidate| self.classes[c.class].brightest();
         let mut kinds: Vec<(u32, f32)> = candidates.iter().map(|c| (c.samples, radiance(c))).collect();
-        kinds.sort_by(|a, b| (a.0, b.1).partial_cmp(&(b.0, a.1)).unwrap_or(std::cmp::Ordering::Equal));
+        kinds.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
         kinds.dedup();
         for (samples, least) in kinds {
             let able = |c: &&Candidate| c.samples == samples && radiance(c) >= least;

@@ -119,7 +119,7 @@ impl std::str::FromStr for Layer {
 }
 
 impl BoundedImage {
-    /// One of which nothing is known but its pixels.
+    /// The image of a plain render: its pixels are known, their errors are not.
     pub(super) fn plain(
         rendered: Rendered,
         limit: RadianceLimit,

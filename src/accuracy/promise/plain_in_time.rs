@@ -7,7 +7,7 @@
 
 use super::Task;
 use super::bounded_image::BoundedImage;
-use super::until_time::Clock;
+use super::until_time::{Clock, strip};
 use crate::accuracy::pixel_order;
 use crate::render::{Observer, RenderError, Rendered, not_finite};
 use crate::settings::Settings;
@@ -21,11 +21,11 @@ const ENOUGH: f64 = 7.0;
 const CAUTION: f64 = 0.92;
 /// What it takes to begin a render with the same kernels, as a share of what the first took to prepare.
 const OVERHEAD: f64 = 0.25;
-/// Time to write an image / to write noise, which packs worst: 0.3 to 0.5 of it.
+/// Time to write an image / to write noise, which packs worst: 0.3 to 0.4, rounded up.
 const NOISE: f64 = 0.5;
 /// Rows may differ in work: the rest may take as little as this share of its forecast.
 const HOPE: f64 = 0.5;
-/// A forecast from a smaller share of the image is none.
+/// Share of the image from which the time of the rest is forecast.
 const TELLING: f64 = 0.1;
 
 impl Task<'_> {
@@ -78,7 +78,7 @@ impl Task<'_> {
     fn plain(&mut self, samples: u32, clock: &Clock) -> Result<Option<Rendered>, RenderError> {
         let settings = Settings { samples, replicates: 1, ..self.settings.clone() };
         let mut prepared = self.renderer.prepare(self.scene, &settings)?;
-        let mut observer = InTime::new(&mut self.observer, clock);
+        let mut observer = WholeInTime::new(&mut self.observer, clock);
         let rendered = prepared.render_with(&mut observer)?;
         Ok((rendered.done == 1.0).then_some(rendered))
     }
@@ -94,7 +94,7 @@ impl Task<'_> {
                 break;
             }
             let settings = Settings { samples, replicates: 1, ..self.settings.clone() };
-            let mut observer = InTime::new(&mut self.observer, clock);
+            let mut observer = WholeInTime::new(&mut self.observer, clock);
             let more = self.renderer.more(self.scene, &settings, state, &mut observer)?;
             if more.done < 1.0 {
                 break;
@@ -109,21 +109,20 @@ impl Task<'_> {
         let [x0, y0, x1, y1] = self.settings.region();
         let pixels = (x1 - x0) as usize * (y1 - y0) as usize;
         let one = |at| pcg4d([at as u32, 1, 2, 3])[0] as f32 / u32::MAX as f32;
-        let noise: Vec<[f32; 3]> = (0..super::until_time::strip(pixels)).map(|at| [one(at); 3]).collect();
+        let noise: Vec<[f32; 3]> = (0..strip(pixels)).map(|at| [one(at); 3]).collect();
         self.write_seconds(&noise, pixels)
     }
 
     /// Seconds that writing the image takes.
     fn written(&self, image: &Rendered) -> f64 {
-        let pixels =
-            pixel_order::order(image.width, image.height, 0..super::until_time::strip(image.linear.len()));
-        let strip: Vec<[f32; 3]> = pixels.iter().map(|p| image.linear[*p as usize]).collect();
-        self.write_seconds(&strip, image.linear.len())
+        let pixels = pixel_order::order(image.width, image.height, 0..strip(image.linear.len()));
+        let some: Vec<[f32; 3]> = pixels.iter().map(|p| image.linear[*p as usize]).collect();
+        self.write_seconds(&some, image.linear.len())
     }
 }
 
 /// An observer that cancels at a time, and before it where it is clear that the whole will not be there by then.
-struct InTime<'a> {
+struct WholeInTime<'a> {
     observer: &'a mut dyn Observer,
     end: Instant,
     /// When the first of it was there, and the share that it was.
@@ -131,13 +130,13 @@ struct InTime<'a> {
     hopeless: bool,
 }
 
-impl<'a> InTime<'a> {
-    fn new(observer: &'a mut dyn Observer, clock: &Clock) -> InTime<'a> {
-        InTime { observer, end: clock.end(), first: None, hopeless: false }
+impl<'a> WholeInTime<'a> {
+    fn new(observer: &'a mut dyn Observer, clock: &Clock) -> WholeInTime<'a> {
+        WholeInTime { observer, end: clock.end(), first: None, hopeless: false }
     }
 }
 
-impl Observer for InTime<'_> {
+impl Observer for WholeInTime<'_> {
     fn progress(&mut self, done: u64, total: u64) {
         self.observer.progress(done, total);
         let share = done as f64 / total.max(1) as f64;

@@ -44,12 +44,13 @@ const LEAST_DEPTH: u32 = 4;
 const STRIP_PIXELS: usize = 1 << 14;
 /// Share of the time left that these may take.
 const STRIP_SHARE: f64 = 0.5;
-/// Time per pixel of a large image / of a strip, which fits the caches: 1.2 to 2.5 at 1200x1000.
+/// Time per pixel of a large image / of a strip, which fits the caches: 1.1 to 2.5 at 1200x1000.
 const CACHES: f64 = 2.0;
 /// Seconds that the smallest file takes.
 const WRITING: f64 = 0.01;
 /// Time to write an image to a file / to memory.
 const FILE_SYSTEM: f64 = 1.25;
+
 /// When what has to be done.
 pub(super) struct Clock {
     from: Instant,
@@ -155,10 +156,15 @@ impl Task<'_> {
 
         let short = !timed.allocation.is_covered();
         let (prepared, render) = (survey.prepared(), start.elapsed());
-        let samples = timed.allocation.gathered().clone();
+        let cancelled = self.observer.cancelled();
+        // A copy only for a state.
+        let samples = match cancelled {
+            true => timed.allocation.gathered().clone(),
+            false => timed.allocation.take_gathered(),
+        };
         let rounding = timed.rounded.map(|r| (r.part(&samples), r.pixels));
         let pilot = samples.done();
-        let kept = (self.observer.cancelled() && pilot > 0.0).then(|| {
+        let kept = (cancelled && pilot > 0.0).then(|| {
             let images = vec![timed.allocation.take_gathered()];
             survey.resume_state(identity, Bounded::new(Stage::Time(Box::new(timed)), images))
         });
