@@ -146,6 +146,28 @@ fn an_error_that_cannot_be_reached_leaves_the_image_and_says_why() {
     assert_eq!(bench.names(), ["a.png", "report.json"]);
 }
 
+/// What is certain of rays beyond depth 8 is above this error; what they hide in the pixels that are traced deeper is not.
+#[test]
+fn an_error_is_kept_at_a_depth_whose_rays_hide_less_than_they_may() {
+    let bench = Bench::new();
+    // A lamp below the ceiling: what is certain takes every ray for one that ends there.
+    let scenes = Path::new(SCENE).parent().unwrap();
+    let glass = fs::read_to_string(scenes.join("cornell_glass.toml")).unwrap();
+    let cube = scenes.join("rotated_cube.obj").display().to_string();
+    let changes =
+        [("[0, 5, 5]", "[0, 9.9, 5]"), ("intensity = 10", "intensity = 30"), ("rotated_cube.obj", &cube)];
+    let lamp = changes.iter().fold(glass, |text, (from, to)| text.replace(from, to));
+    let (scene, output, report) = (bench.at("lamp.toml"), bench.at("a.png"), bench.at("report.json"));
+    fs::write(&scene, lamp).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
+    command.args(["render", &scene, "--device", "cpu", "-o", &output, "--report", &report]);
+    command.args(["--size", "96x72", "--error", "0.1", "--depth", "8"]).assert().code(0);
+    let report: Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
+    let part = |name: &str| report["error"][name].as_f64().unwrap();
+    assert!(part("truncation_certain") > 0.1 && part("truncation") < 0.1, "{}", report["error"]);
+    assert_eq!(report["asked"]["met"], true);
+}
+
 #[test]
 fn an_error_that_no_samples_give_is_refused_soon() {
     let bench = Bench::new();

@@ -13,7 +13,7 @@ use whitted::lab::calibrate::{Aim, Coverage, Judgement, Reference, Shown, refere
 use whitted::reference::oracle::Oracle;
 use whitted::render::{Quiet, Renderer, Survey};
 use whitted::scene::Scene;
-use whitted::settings::{Precision, Settings};
+use whitted::settings::{Precision, Schedule, Settings};
 
 const CONFIDENCE: f64 = 0.95;
 
@@ -152,6 +152,50 @@ fn what_is_not_traced_adds_no_more_than_its_certificate() {
     // The planted defects: half the radiance, and no throughput.
     println!("half the limit: {with_half} pixels; no cut: {without_cut} pixels");
     assert!(with_half > 0 && without_cut > with_half);
+}
+
+/// RMSE, as shown.
+fn distance(a: &PixelSums, b: &PixelSums) -> f64 {
+    let shown = |image: &PixelSums, at: usize| image.mean(at).map(|c| c.clamp(0.0, 1.0));
+    let square = |at: usize| {
+        let (a, b) = (shown(a, at), shown(b, at));
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>()
+    };
+    let pixels = a.samples.len();
+    ((0..pixels).map(square).sum::<f64>() / (3 * pixels) as f64).sqrt()
+}
+
+/// A budget traces some pixels with longer paths instead of taking every ray that was cut for the brightest there is.
+/// What it states then holds what the same samples lack, and is the same however the work is cut.
+#[test]
+fn longer_paths_of_some_pixels_bound_what_all_lack() {
+    let mut r = renderer();
+    let (mut measured, mut halved, mut tighter) = (0, 0, Vec::new());
+    for (name, scene) in scenes() {
+        for (seed, depth) in [(1, 2), (2, 3), (3, 5)] {
+            let settings = Settings { samples: 8, depth, seed, ..sized(&scene, 48, 36) };
+            let image = known(&mut r, &scene, &settings, Target::Settings);
+            let stated = image.report.error.clone().expect("a bound");
+            let Some(certain) = stated.truncation_certain else { continue };
+            let deep = gathered(&mut r, &scene, &Settings { depth: 48, cutoff: 1e-5, ..settings.clone() });
+            let real = distance(&image.samples, &deep);
+            assert!(real <= stated.truncation, "{name} {depth}: {real} above {}", stated.truncation);
+            assert!(stated.truncation < certain && stated.truncation_pixels >= Some(32), "{stated:?}");
+            let parts = [stated.sampling, stated.truncation, stated.rounding.unwrap_or(0.0)];
+            assert!((stated.total - parts.iter().sum::<f64>()).abs() < 1e-12);
+            measured += 1;
+            tighter.push(certain / stated.truncation);
+            // The planted defect: half of what is stated.
+            halved += u32::from(real > 0.5 * stated.truncation);
+            let schedule = Schedule { tile_pixels: Some(97), ..settings.schedule };
+            let again = known(&mut r, &scene, &Settings { schedule, ..settings }, Target::Settings);
+            let again = again.report.error.expect("a bound");
+            assert_eq!(again.truncation.to_bits(), stated.truncation.to_bits(), "{name} {depth}");
+        }
+    }
+    tighter.sort_by(f64::total_cmp);
+    assert!(measured >= 8 && halved > 0, "{measured} {halved}");
+    assert!(tighter[tighter.len() / 2] > 1.5, "{tighter:?}");
 }
 
 #[test]

@@ -171,7 +171,7 @@ impl Allocation {
 
     /// Samples traced.
     pub fn samples(&self) -> u64 {
-        pieces::total(self.gathered.samples.len(), |at| u64::from(self.gathered.samples[at]))
+        self.gathered.total()
     }
 
     /// Rays traced.

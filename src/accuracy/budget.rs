@@ -74,8 +74,7 @@ pub fn budget(
     image: &PixelSums,
     limit: &RadianceLimit,
     caps: &Caps,
-    rounding: Option<(f64, u64)>,
-    encoding: Option<f64>,
+    (rounding, encoding): (Option<(f64, u64)>, Option<f64>),
     confidence: f64,
 ) -> ErrorInfo {
     let unseen = image.unseen(caps).squares(confidence);
@@ -99,6 +98,8 @@ pub fn budget(
         encoding,
         void: None,
         truncation_unbounded_why: truncation.unbounded,
+        truncation_certain: None,
+        truncation_pixels: None,
         cut: image.mean_cut(),
         rounding: rounding.map(|(part, _)| part),
         rounding_pixels: rounding.map(|(_, pixels)| pixels),

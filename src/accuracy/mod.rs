@@ -5,6 +5,7 @@ pub mod allocate;
 pub mod bright;
 pub mod budget;
 pub mod dim;
+pub mod drawn;
 pub mod pieces;
 pub mod pixel_order;
 pub mod pixel_sums;

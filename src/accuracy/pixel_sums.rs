@@ -139,6 +139,11 @@ impl PixelSums {
         sets.filter(|(_, count)| *count > 0.0)
     }
 
+    /// Samples of all pixels.
+    pub fn total(&self) -> u64 {
+        pieces::total(self.samples.len(), |at| u64::from(self.samples[at]))
+    }
+
     /// Rows of the image.
     pub fn height(&self) -> u32 {
         self.samples.len() as u32 / self.width.max(1)
@@ -288,11 +293,13 @@ impl PixelSums {
         pieces::map(self.samples.len(), |at| self.hidden_of(at, limit).into_iter().fold(0.0, f64::max))
     }
 
-    fn hidden_of(&self, at: usize, limit: &RadianceLimit) -> [f64; 3] {
+    /// The same of pixel `at`, channel by channel.
+    pub fn hidden_of(&self, at: usize, limit: &RadianceLimit) -> [f64; 3] {
         truncation::hidden(self.mean(at), self.cut(at), limit)
     }
 
-    fn cut(&self, at: usize) -> f64 {
+    /// Mean throughput that a sample of pixel `at` lost to the cut.
+    pub fn cut(&self, at: usize) -> f64 {
         self.marks[at].cut / f64::from(self.samples[at].max(1))
     }
 

@@ -282,7 +282,7 @@ pub struct PassInfo {
 pub struct ErrorInfo {
     /// Kind of error: `rmse`, over all pixels and channels.
     pub kind: String,
-    /// Confidence of the sampling part, in (0, 1).
+    /// Confidence of the whole, in (0, 1).
     pub confidence: f64,
     /// Upper bound on the sampling error.
     pub sampling: f64,
@@ -290,6 +290,12 @@ pub struct ErrorInfo {
     pub sampling_estimate: f64,
     /// Upper bound on the contribution of rays that were not traced, to the clamped image.
     pub truncation: f64,
+    /// The same from the scene's greatest radiance alone, where longer paths of some pixels gave less; null elsewhere.
+    #[serde(default)]
+    pub truncation_certain: Option<f64>,
+    /// Number of those pixels.
+    #[serde(default)]
+    pub truncation_pixels: Option<u64>,
     /// False if the light of rays that were not traced has no bound; clamped, it is still at most
     /// `truncation`.
     pub truncation_bounded: bool,

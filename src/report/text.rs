@@ -38,13 +38,18 @@ pub fn error(report: &Report) -> Vec<String> {
         figure(e.sampling),
         figure(e.sampling_estimate)
     ));
+    let measured = match (e.truncation_certain, e.truncation_pixels) {
+        (Some(certain), Some(pixels)) => {
+            format!("; from longer paths of {}, certain {}", plural(pixels, "pixel"), figure(certain))
+        }
+        _ => String::new(),
+    };
+    let depth = report.settings.depth;
     lines.push(match &e.truncation_unbounded_why {
         None if e.truncation == 0.0 => "  truncation 0 (no ray was cut)".into(),
-        None => {
-            format!("  truncation {} (rays cut at depth {})", figure(e.truncation), report.settings.depth)
-        }
+        None => format!("  truncation {} (rays cut at depth {depth}{measured})", figure(e.truncation)),
         Some(why) => format!(
-            "  truncation {} with values above 1 clamped; no bound without clamping: {why}",
+            "  truncation {} with values above 1 clamped{measured}; no bound without clamping: {why}",
             figure(e.truncation)
         ),
     });

@@ -1,5 +1,6 @@
 //! An image with an error bound, and its layers.
 
+use super::longer_paths::{Measured, sampling_confidence};
 use super::{Bounded, Request, Task};
 use crate::accuracy::budget::{self, Rounding};
 use crate::accuracy::pixel_sums::PixelSums;
@@ -195,6 +196,8 @@ pub(super) struct Image {
     pub(super) samples: PixelSums,
     /// Rounding part, and the number of pixels with a sample whose path differs in f64.
     pub(super) rounding: Option<(f64, u64)>,
+    /// Truncation part from longer paths; `None` for what is certain.
+    pub(super) measured: Option<Measured>,
     pub(super) prepared: Duration,
     pub(super) render: Duration,
     /// Times of an earlier, interrupted part.
@@ -206,7 +209,7 @@ pub(super) struct Image {
 impl Task<'_> {
     /// The image with its error bound; without one if pixels have no samples.
     pub(super) fn known(self, image: Image, survey: &Survey) -> BoundedImage {
-        let Image { samples, rounding, prepared, render, before, coarse } = image;
+        let Image { samples, rounding, measured, prepared, render, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
         report.warnings = survey.warnings().to_vec();
@@ -234,7 +237,15 @@ impl Task<'_> {
             let height = linear.len() as u32 / samples.width.max(1);
             let view = View { width: samples.width, height, linear: &linear };
             let encoding = self.request.file.map(|format| format.encoding_error(view));
-            let error = budget::budget(&samples, &self.limit, &self.caps, rounding, encoding, confidence);
+            let others = (rounding, encoding);
+            let error = match measured {
+                None => budget::budget(&samples, &self.limit, &self.caps, others, confidence),
+                Some(measured) => {
+                    let sampling = sampling_confidence(confidence);
+                    let certain = budget::budget(&samples, &self.limit, &self.caps, others, sampling);
+                    measured.into_error(certain, confidence)
+                }
+            };
             ErrorInfo { void: lost.or_else(|| not_finite(&linear)), ..error }
         });
         let file = self.request.file;

@@ -59,12 +59,21 @@ impl Task<'_> {
                 rounding = Some(budget::rounding(&image, &truth));
             }
         }
-        let finished = image.done() == 1.0 && (rounding.is_some() || !compared);
+        let mut measured = None;
+        if image.done() == 1.0 && !self.observer.cancelled() {
+            let start = Instant::now();
+            measured = self.measured(&survey, &image)?;
+            render += start.elapsed();
+        }
+        // One that was cancelled while it measured is none that measured nothing.
+        let compared = image.done() == 1.0 && (rounding.is_some() || !compared);
+        let finished = compared && (measured.is_some() || !self.observer.cancelled());
         let kept = (!finished && image.done() > 0.0).then(|| {
             survey.resume_state(identity, Bounded::new(Stage::Settings, vec![image.clone(), truth]))
         });
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
-        let image = Image { samples: image, rounding: part, prepared, render, before, coarse: false };
+        let image =
+            Image { samples: image, rounding: part, measured, prepared, render, before, coarse: false };
         let mut known = self.known(image, &survey);
         if let Some(error) = &mut known.report.error {
             error.rounding_values = rounding.as_ref().map(|r| r.values);

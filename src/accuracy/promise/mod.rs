@@ -3,12 +3,14 @@
 //!
 //! ```text
 //! truncation_choice ─ depth and cutoff, from a survey of a few pixels
+//! longer_paths ─ what rays beyond them would add, from drawn pixels
 //! rounding ─ precision, from the same samples in f64
 //! allocate ─ samples where they reduce the error most ─▶ image and error bound
 //! ```
 
 mod bounded_image;
 mod fixed;
+mod longer_paths;
 mod monotone_progress;
 mod plain_in_time;
 mod resume_state;

@@ -1,6 +1,7 @@
 //! `--error`: the cheapest samples, depth and precision whose parts come to the error asked for.
 
 use super::bounded_image::{BoundedImage, Image};
+use super::longer_paths::Measured;
 use super::resume_state::{Begun, Bounded, Chosen, Stage, options};
 use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
@@ -66,6 +67,7 @@ impl Task<'_> {
         }
         let capped = chosen.allocation.outcome() == Outcome::Capped;
         let refused = chosen.allocation.refused();
+        let measured = self.measured_if_needed(&survey, &chosen, target)?;
         let cancelled = self.observer.cancelled();
         let samples =
             if cancelled { chosen.allocation.gathered().clone() } else { chosen.allocation.take_gathered() };
@@ -77,7 +79,7 @@ impl Task<'_> {
         let prepared = survey.prepared();
         let render = start.elapsed();
         let (depth, limit) = (survey.settings().depth, self.limit.clone());
-        let image = Image { samples, rounding, prepared, render, before, coarse: true };
+        let image = Image { samples, rounding, measured, prepared, render, before, coarse: true };
         let mut known = self.known(image, &survey);
         let error = known.report.error.as_ref();
         let met = error.is_some_and(|e| e.rounding.is_some() && e.void.is_none() && e.total <= target);
@@ -92,6 +94,23 @@ impl Task<'_> {
             None => "some pixels have no samples".to_owned(),
         });
         Ok(known)
+    }
+
+    /// The truncation part from longer paths, where what is certain is more than `target` leaves for it. Elsewhere deeper
+    /// paths everywhere are the cheaper way: what is certain falls with every depth.
+    fn measured_if_needed(
+        &mut self,
+        survey: &Survey,
+        chosen: &Chosen,
+        target: f64,
+    ) -> Result<Option<Measured>, RenderError> {
+        let image = chosen.allocation.gathered();
+        let certain = image.truncation(&self.limit).rms;
+        let needed = chosen.allocation.bound().is_some_and(|sampling| sampling.bound + certain > target);
+        if !needed || self.observer.cancelled() {
+            return Ok(None);
+        }
+        self.measured(survey, image)
     }
 
     /// Precision and cut; of no meaning if it was cancelled meanwhile.

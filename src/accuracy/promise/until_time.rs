@@ -169,8 +169,10 @@ impl Task<'_> {
             survey.resume_state(identity, Bounded::new(Stage::Time(Box::new(timed)), images))
         });
         let seconds = all;
-        let mut known =
-            self.known(Image { samples, rounding, prepared, render, before, coarse: true }, &survey);
+        let mut known = self.known(
+            Image { samples, rounding, measured: None, prepared, render, before, coarse: true },
+            &survey,
+        );
         known.unfinished = kept;
         known.report.time.first_dispatch += clock.opened;
         known.report.asked.time = Some(seconds);
@@ -376,7 +378,7 @@ impl Task<'_> {
         if let Some(format) = self.request.file {
             let _ = format.encoding_error(View { width, height: strip.height(), linear: &linear });
         }
-        let _ = budget::budget(&strip, &self.limit, &self.caps, None, None, self.request.confidence);
+        let _ = budget::budget(&strip, &self.limit, &self.caps, (None, None), self.request.confidence);
         let known = clock.elapsed().as_secs_f64();
         let mut painted = 0.0;
         if layers > 0 {
