@@ -199,19 +199,30 @@ impl PixelSums {
     /// What the samples of pixel `at` and its neighbours tell of what else it may hold, once that is fixed.
     pub fn known_of(&self, at: usize) -> Known {
         let brightest = self.brightest.get(at).copied().unwrap_or(f32::INFINITY);
-        Known { white: self.is_white(at), brightest }
+        self.known_with(at, brightest)
+    }
+
+    fn known_with(&self, at: usize, brightest: f32) -> Known {
+        let (mut low, mut high) = ([f32::INFINITY; 3], [0.0f32; 3]);
+        for (sum, count) in self.sets_of(at) {
+            for c in 0..3 {
+                let mean = (sum[c] / count) as f32;
+                (low[c], high[c]) = (low[c].min(mean), high[c].max(mean));
+            }
+        }
+        Known { white: self.is_white(at), brightest, low, high }
     }
 
     /// What the pixels may hold unseen; those without samples hold nothing.
     pub fn unseen(&self, caps: &Caps) -> Unseen {
         let now = if self.brightest.is_empty() { self.brightest_around() } else { Vec::new() };
         let brightest = if now.is_empty() { &self.brightest } else { &now };
-        self.unseen_by(caps, |at| Known { white: self.is_white(at), brightest: brightest[at] })
+        self.unseen_by(caps, |at| self.known_with(at, brightest[at]))
     }
 
     /// The same without any assumption on what is not in the caps.
     pub fn not_excluded(&self, caps: &Caps) -> Unseen {
-        self.unseen_by(caps, |at| Known { white: self.is_white(at), ..Known::NOTHING })
+        self.unseen_by(caps, |at| self.known_with(at, f32::INFINITY))
     }
 
     fn unseen_by(&self, caps: &Caps, known: impl Fn(usize) -> Known + Sync + Send) -> Unseen {

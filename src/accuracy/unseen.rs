@@ -4,7 +4,10 @@
 //! (1 - a_p)^n_p (stratified points: no more, by the inequality of the means; scrambled nets: assumed), so with risk
 //! alpha the sum of n_p u_p, u_p = -ln(1 - a_p), is at most c = -ln(alpha): the rule of three for all pixels
 //! together. The pixel as shown then errs by at most f_p = min(1, L_p a_p)^2, L_p its greatest radiance that is not
-//! yet seen ([`Caps`]), at most 1 where nothing is brighter than white.
+//! yet seen ([`Caps`]), at most 1 where nothing is brighter than white. There a_p errs by what the missed part differs
+//! from the rest: if the rest has the value s and nothing in the pixel exceeds L_p, by no more than max(s, L_p - s). For
+//! s stand the least and the greatest of the means of the pixel's sets of samples, whichever is worse; how far the rest
+//! is from what they show is the error of what samples do show, which is bounded elsewhere.
 //!
 //! The greatest sum of f_p under that constraint: f_p(u) is convex up to the u_p* where f_p/u is greatest. Pixels
 //! that could be missed up to u_p* within c are taken by the greatest f/cost first, the last of them in part (the
@@ -73,11 +76,29 @@ pub struct Known {
     pub white: bool,
     /// Surfaces larger than the pixel, mirrors and glass show no more than this.
     pub brightest: f32,
+    /// Least mean of a set of its samples, linear RGB.
+    pub low: [f32; 3],
+    /// The greatest.
+    pub high: [f32; 3],
 }
 
 impl Known {
     /// Nothing.
-    pub const NOTHING: Known = Known { white: false, brightest: f32::INFINITY };
+    pub const NOTHING: Known =
+        Known { white: false, brightest: f32::INFINITY, low: [0.0; 3], high: [0.0; 3] };
+
+    /// How far a part of the pixel that no sample met can be from the rest, as shown, if it is no brighter than `radiance`:
+    /// root of the mean square over the channels.
+    pub fn contrast(&self, radiance: f32) -> f32 {
+        let most = radiance.min(1.0);
+        let apart = |c: usize| self.high[c].min(1.0).max(most - self.low[c].max(0.0));
+        ((0..3).map(|c| apart(c).powi(2)).sum::<f32>() / 3.0).sqrt()
+    }
+}
+
+/// Rounded up to a quarter of a power of two, so that few differ.
+fn up(x: f32) -> f32 {
+    if x > 0.0 && x != 1.0 { f32::exp2((x.log2() * 4.0).ceil() / 4.0) } else { x }
 }
 
 /// The caps of an image's pixels, rows from the top.
@@ -104,10 +125,6 @@ impl Caps {
     pub fn new(pixels: impl Iterator<Item = Cap>) -> Caps {
         let mut index: BTreeMap<[u32; 3], u16> = BTreeMap::new();
         let mut list = Vec::new();
-        let up = |x: f32| match x > 0.0 && x != 1.0 {
-            true => f32::exp2((x.log2() * 4.0).ceil() / 4.0),
-            false => x,
-        };
         // Neighbours are mostly alike.
         let mut last = None;
         let of = pixels
@@ -156,7 +173,7 @@ impl Caps {
     }
 }
 
-/// Pixels by their samples and caps.
+/// Pixels by their samples and caps; below white, by the [contrast](Known::contrast) they may hold.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Unseen {
     /// Samples, radiance and area (as bits): number of pixels.
@@ -190,7 +207,7 @@ impl Unseen {
         };
         let bright = cap.radiance > 1.0;
         if !bright || cap.area < 1.0 {
-            add(Cap { radiance: cap.radiance.min(1.0), area: 1.0, ..cap });
+            add(Cap { radiance: up(known.contrast(cap.radiance)), area: 1.0, ..cap });
         }
         if bright {
             add(cap);
