@@ -416,8 +416,39 @@ mod tests {
 
     #[test]
     fn dark_scenes_hide_little() {
-        let dark = Cap { radiance: 0.1, area: 1.0, mirrored: 0.0 };
+        let dark = Cap { radiance: 0.125, area: 1.0, mirrored: 0.0 };
         let ratio = of(&[(4, dark, 9)]).squares(0.95) / of(&[(4, Cap::WHITE, 9)]).squares(0.95);
-        assert!((ratio - 0.01).abs() < 1e-6, "{ratio}");
+        assert!((ratio - 1.0 / 64.0).abs() < 1e-6, "{ratio}");
+    }
+
+    /// Whatever the rest of a pixel is between its least and greatest set, and whatever is hidden up to the cap: the pixel
+    /// errs by no more than the missed share of the contrast.
+    #[test]
+    fn what_is_missed_differs_by_no_more_than_the_contrast() {
+        let known = Known { low: [0.2, 0.5, 0.9], high: [0.4, 0.5, 1.3], ..Known::NOTHING };
+        let levels = |from: f32, to: f32| (0..=8).map(move |i| from + (to - from) * i as f32 / 8.0);
+        let (mut worst, mut beyond_mean) = (0.0f32, false);
+        for radiance in [0.7f32, 1.0] {
+            let most = known.contrast(radiance);
+            let channel = |c: usize| {
+                let rest = levels(known.low[c], known.high[c].min(1.0));
+                let apart = rest.flat_map(|s| levels(0.0, radiance).map(move |h| (s - h).abs()));
+                apart.fold(0.0, f32::max)
+            };
+            let real = ((0..3).map(|c| channel(c).powi(2)).sum::<f32>() / 3.0).sqrt();
+            assert!(real <= most * (1.0 + 1e-6), "{real} {most}");
+            worst = worst.max(real / most);
+            // The planted mistake: the mean of the sets instead of the worst.
+            let middle: [f32; 3] = std::array::from_fn(|c| (known.low[c] + known.high[c]) / 2.0);
+            beyond_mean |= Known { low: middle, high: middle, ..known }.contrast(radiance) < real;
+        }
+        assert!(worst > 0.99 && beyond_mean, "{worst}");
+        // A grey pixel hides less than a black one, and a white one as much.
+        let squares = |level: f32| {
+            let mut unseen = Unseen::default();
+            unseen.add(8, Cap::WHITE, Known { low: [level; 3], high: [level; 3], ..Known::NOTHING });
+            unseen.squares(0.95)
+        };
+        assert!(squares(0.5) < 0.26 * squares(0.0) && squares(1.0) == squares(0.0));
     }
 }

@@ -99,8 +99,8 @@ pub(super) fn classify(gathered: &PixelSums, caps: &Caps, goal: &Goal) -> Vec<Cl
         let (kind, level) = look_around(gathered, goal, p as u32, &noise, &image);
         let known = gathered.known_of(p);
         let radiance = caps.of(p).given(known).radiance;
-        // Factors of the root of 2 below white.
-        let dim = (-2.0 * known.contrast(radiance).log2()).clamp(0.0, 15.0) as u8;
+        // Factors of 2 below white.
+        let dim = (-known.contrast(radiance).log2()).clamp(0.0, 7.0) as u8;
         (radiance > 1.0, std::cmp::Reverse(dim), kind, level)
     });
     let mut groups: BTreeMap<_, Vec<u32>> = BTreeMap::new();

@@ -4,7 +4,6 @@ use super::traced::{Region, Tracing};
 use super::{DEEPEST, Task};
 use crate::accuracy::drawn;
 use crate::accuracy::pixel_sums::PixelSums;
-use crate::render::samples::Source;
 use crate::render::{RenderError, Survey};
 use crate::report::ErrorInfo;
 use crate::settings::Settings;
@@ -126,14 +125,6 @@ impl Tracing<'_> {
             }
             paths = paths.longer();
         }
-    }
-
-    /// The first `samples` samples of each of `places`, as an image of their own; `None` if cancelled.
-    fn all_of(&mut self, places: &[u32], samples: u32) -> Result<Option<PixelSums>, RenderError> {
-        let traced = self.trace(places, 0..samples)?;
-        let mut seen = PixelSums::new(places.len() as u32, 1, self.survey.replicates());
-        seen.add(&(0..places.len() as u32).collect::<Vec<_>>(), samples, &traced);
-        Ok((traced.marks.len() == places.len()).then_some(seen))
     }
 }
 

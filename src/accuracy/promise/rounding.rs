@@ -1,7 +1,7 @@
 //! The rounding part of an error that is asked for: the same samples of some pixels in f64.
 
+use super::Task;
 use super::traced::{Region, Tracing};
-use super::{LOOK_SAMPLES, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::{RenderError, Survey};
@@ -32,6 +32,23 @@ pub(super) struct RoundingEstimate {
 }
 
 impl RoundingEstimate {
+    /// Of the same samples, as many in each pixel, in single precision and in f64.
+    fn of(a: &PixelSums, b: &PixelSums) -> RoundingEstimate {
+        let all = budget::rounding(a, b);
+        let pixels = a.samples.len();
+        let mut same = 0.0;
+        for at in (0..pixels).filter(|at| budget::same_way(&a.marks[*at], &b.marks[*at])) {
+            same += all.pixels[at].powi(2);
+        }
+        let samples = a.samples.iter().map(|n| f64::from(*n)).sum::<f64>().max(1.0);
+        RoundingEstimate {
+            contrast: contrast(b),
+            same_way: CAUTION * (same / pixels.max(1) as f64).sqrt(),
+            other_way: (all.ways as f64 + (all.ways as f64).sqrt()) / samples,
+            pixels: all.ways,
+        }
+    }
+
     /// The rounding part of an image, as an RMSE.
     pub(super) fn part(&self, image: &PixelSums) -> f64 {
         let sampled = image.samples.iter().filter(|n| **n > 0);
@@ -48,7 +65,7 @@ impl RoundingEstimate {
 }
 
 impl Task<'_> {
-    /// Compares `survey` with f64 on [`LOOK_SAMPLES`] samples of some pixels; `None` where the device has no f64, or
+    /// Compares `survey` with f64 on [`LOOK_SAMPLES`](super::LOOK_SAMPLES) samples of some pixels; `None` where the device has no f64, or
     /// it could not be done `by` then.
     pub(super) fn rounded(
         &mut self,
@@ -61,11 +78,8 @@ impl Task<'_> {
         if !self.renderer.device().has_double() {
             return Ok(None);
         }
-        let settings = Settings { precision: Precision::Double, ..survey.settings().clone() };
-        let mut exact = Survey::new(self.renderer, self.scene, &settings)?;
-        exact.cut_at(survey.settings().depth, survey.settings().cutoff);
+        let (mut exact, places) = self.comparison(survey)?;
         let region = Region::of(&self.settings);
-        let places = region.spread((region.pixels() / PIXEL_SHARE).clamp(LEAST_PIXELS, MOST_PIXELS));
         let mut see = |survey: &mut Survey| -> Result<PixelSums, RenderError> {
             survey.finish_by(by);
             let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places)?;
@@ -73,22 +87,36 @@ impl Task<'_> {
             Ok(seen)
         };
         let (a, b) = (see(survey)?, see(&mut exact)?);
-        let seen = a.samples.len().min(b.samples.len());
-        if seen < places.len() {
+        let all = a.samples.len().min(b.samples.len()) == places.len();
+        Ok(all.then(|| RoundingEstimate::of(&a, &b)))
+    }
+
+    /// Compares `image`, all of whose pixels have as many samples from `survey`, with the same in f64 in some pixels; `None`
+    /// where the device has no f64, or it was cancelled.
+    pub(super) fn rounded_image(
+        &mut self,
+        survey: &Survey,
+        image: &PixelSums,
+    ) -> Result<Option<RoundingEstimate>, RenderError> {
+        if !self.renderer.device().has_double() {
             return Ok(None);
         }
-        let all = budget::rounding(&a, &b);
-        let mut same = 0.0;
-        for at in (0..seen).filter(|at| budget::same_way(&a.marks[*at], &b.marks[*at])) {
-            same += all.pixels[at].powi(2);
-        }
-        Ok(Some(RoundingEstimate {
-            contrast: contrast(&b),
-            same_way: CAUTION * (same / seen.max(1) as f64).sqrt(),
-            other_way: (all.ways as f64 + (all.ways as f64).sqrt())
-                / (seen.max(1) as f64 * f64::from(LOOK_SAMPLES)),
-            pixels: all.ways,
-        }))
+        let (mut exact, places) = self.comparison(survey)?;
+        let samples = image.samples.first().copied().unwrap_or(1);
+        let a = image.of_some(&places, places.len() as u32);
+        let region = Region::of(&self.settings);
+        let mut tracing = Tracing { survey: &mut exact, region, observer: &mut self.observer };
+        Ok(tracing.all_of(&places, samples)?.map(|b| RoundingEstimate::of(&a, &b)))
+    }
+
+    /// `survey` in f64, and the pixels to be compared.
+    fn comparison(&mut self, survey: &Survey) -> Result<(Survey, Vec<u32>), RenderError> {
+        let settings = Settings { precision: Precision::Double, ..survey.settings().clone() };
+        let mut exact = Survey::new(self.renderer, self.scene, &settings)?;
+        exact.cut_at(survey.settings().depth, survey.settings().cutoff);
+        let region = Region::of(&self.settings);
+        let places = region.spread((region.pixels() / PIXEL_SHARE).clamp(LEAST_PIXELS, MOST_PIXELS));
+        Ok((exact, places))
     }
 }
 

@@ -64,6 +64,14 @@ impl Tracing<'_> {
         Ok(seen)
     }
 
+    /// The first `samples` samples of each of `places`, as an image of their own; `None` if cancelled.
+    pub(super) fn all_of(&mut self, places: &[u32], samples: u32) -> Result<Option<PixelSums>, RenderError> {
+        let traced = self.trace(places, 0..samples)?;
+        let mut seen = PixelSums::new(places.len() as u32, 1, self.survey.replicates());
+        seen.add(&(0..places.len() as u32).collect::<Vec<_>>(), samples, &traced);
+        Ok((traced.marks.len() == places.len()).then_some(seen))
+    }
+
     /// As `trace`, until a state is wanted, too.
     pub(super) fn trace_some(&mut self, places: &[u32], samples: Range<u32>) -> Result<Traced, RenderError> {
         self.survey.trace_some(&self.region.in_image(places), samples, self.observer)

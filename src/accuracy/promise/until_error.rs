@@ -13,6 +13,7 @@ use crate::accuracy::radiance_bound::RadianceLimit;
 use crate::image::{Bits, View};
 use crate::render::{Observer, RenderError, ResumeState, Survey};
 use crate::report::{ErrorInfo, TimeInfo};
+use crate::scene::Material;
 use crate::settings::{Precision, Settings};
 use std::time::Instant;
 
@@ -23,8 +24,8 @@ const ENCODING_SHARE: f64 = 0.1;
 /// Least share of the error that is left to sampling; where more is lost to a cut, a deeper one is taken.
 const LEAST_SAMPLING: f64 = 0.3;
 
-/// Shares of the progress that the choice of precision and of cuts stand for.
-const CHOICE: [f64; 2] = [0.03, 0.08];
+/// Share of the progress that the choice of precision and of cuts stands for.
+const CHOICE: f64 = 0.08;
 
 impl Task<'_> {
     /// Renders until the error is at most `target`, or says why it cannot be.
@@ -44,17 +45,22 @@ impl Task<'_> {
                 let (samples, before) = survey.take_up(state, &identity)?;
                 (samples.into_chosen(self.caps.clone())?, before)
             }
-            None => (self.choose(&mut survey, target)?, TimeInfo::default()),
+            None => (self.begin(&mut survey, target)?, TimeInfo::default()),
         };
         self.go_to(&mut survey, &chosen)?;
-        // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
-        while self.sample(
-            &mut survey,
-            target,
-            &mut chosen,
-            &Begun { start, identity: &identity, before: &before },
-        )? == Sampled::LosesTooMuch
-        {
+        loop {
+            let begun = Begun { start, identity: &identity, before: &before };
+            match self.sample(&mut survey, target, &mut chosen, &begun)? {
+                Sampled::All => break,
+                Sampled::LosesTooMuch => (),
+                Sampled::RoundsTooMuch => {
+                    let rounded = Some(RoundingEstimate::default());
+                    chosen = Chosen { double: true, rounded, allocation: self.allocation(target), ..chosen };
+                    self.go_to(&mut survey, &chosen)?;
+                    continue;
+                }
+            }
+            // Cuts are chosen from few pixels: if the image loses more than they did, choose again for less.
             let cut = self.cut_for(&mut survey, target, chosen.cut.depth)?;
             if self.observer.cancelled() {
                 survey.cut_at(chosen.cut.depth, chosen.cut.cutoff);
@@ -113,13 +119,22 @@ impl Task<'_> {
         self.measured(survey, image)
     }
 
-    /// Precision and cut; of no meaning if it was cancelled meanwhile.
+    /// The cut; of no meaning if it was cancelled meanwhile. The precision is seen to in the pilot's samples.
+    fn begin(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+        self.observer.span(0.0, CHOICE);
+        let cut = self.cut_for(survey, target, 0)?;
+        let exact = survey.precision() == Precision::Double;
+        let rounded = exact.then(RoundingEstimate::default);
+        Ok(Chosen { cut, last: false, double: false, rounded, allocation: self.allocation(target) })
+    }
+
+    /// Precision and cut, before any sample of the image; of no meaning if it was cancelled meanwhile.
     pub(super) fn choose(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
-        self.observer.span(0.0, CHOICE[0]);
+        self.observer.span(0.0, 0.5 * CHOICE);
         let asked = survey.precision();
         let rounded = self.precision_for(survey, target)?;
         let double = survey.precision() != asked;
-        self.observer.span(CHOICE[0], CHOICE[1]);
+        self.observer.span(0.5 * CHOICE, CHOICE);
         let cut = self.cut_for(survey, target, 0)?;
         Ok(Chosen { cut, last: false, double, rounded, allocation: self.allocation(target) })
     }
@@ -169,13 +184,18 @@ impl Task<'_> {
         // Looked at where paths are not yet cut late: a deep path is a rare one, and as rarely rounded.
         survey.cut_at(self.settings.depth.min(8), self.settings.cutoff);
         let rounded = self.rounded(survey, None)?;
-        let too_much = rounded.is_some_and(|r| r.part_at(16.0) > ROUNDING_SHARE * target);
-        if too_much && !self.request.keep_precision && survey.precision() != Precision::Double {
+        if self.rounds_too_much(survey, rounded, target) {
             self.settings.precision = Precision::Double;
             *survey = Survey::new(self.renderer, self.scene, &self.settings)?;
             return Ok(Some(RoundingEstimate::default()));
         }
         Ok(rounded)
+    }
+
+    /// True if single precision takes too much of the error, and a better one may be taken.
+    fn rounds_too_much(&self, survey: &Survey, rounded: Option<RoundingEstimate>, target: f64) -> bool {
+        let single = survey.precision() != Precision::Double && !self.request.keep_precision;
+        single && rounded.is_some_and(|r| r.part_at(16.0) > ROUNDING_SHARE * target)
     }
 
     fn cut_for(
@@ -184,6 +204,10 @@ impl Task<'_> {
         target: f64,
         after: u32,
     ) -> Result<TruncationChoice, RenderError> {
+        if !self.scene.materials.iter().any(Material::has_secondary) {
+            let depth = if self.request.keep_depth { self.settings.depth } else { 1 };
+            return Ok(TruncationChoice::unseen(depth, 0.0));
+        }
         let region = Region::of(&self.settings);
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if self.request.keep_depth {
@@ -207,7 +231,14 @@ impl Task<'_> {
         loop {
             // Everything is decided by what was sampled: one that goes on decides the same.
             chosen.allocation.decide();
-            if chosen.allocation.bound().is_some() && !chosen.allocation.is_open() {
+            let piloted = chosen.allocation.bound().is_some();
+            if piloted && chosen.rounded.is_none() && !self.observer.cancelled() {
+                chosen.rounded = self.rounded_image(survey, chosen.allocation.gathered())?;
+                if self.rounds_too_much(survey, chosen.rounded, target) {
+                    return Ok(Sampled::RoundsTooMuch);
+                }
+            }
+            if piloted && !chosen.allocation.is_open() {
                 let image = chosen.allocation.gathered();
                 let hidden = image.truncation(&self.limit).rms;
                 let encoded = self.encoding(image, target);
@@ -225,8 +256,8 @@ impl Task<'_> {
             }
             let done = chosen.allocation.samples() as f64;
             let more = step.pixels.len() as f64 * f64::from(step.samples.end - step.samples.start);
-            let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE[1]);
-            self.observer.span(CHOICE[1] + done / all, CHOICE[1] + (done + more) / all);
+            let all = ahead(chosen, target, region.pixels()).max(done + more) / (1.0 - CHOICE);
+            self.observer.span(CHOICE + done / all, CHOICE + (done + more) / all);
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
             let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             chosen.allocation.record(&step, &traced);
@@ -327,6 +358,8 @@ enum Sampled {
     All,
     /// Another cut is needed.
     LosesTooMuch,
+    /// A better precision is needed.
+    RoundsTooMuch,
 }
 
 /// Samples to expect in all, for the progress: they go with the -4/3 power of the error (edges; Mitchell,
