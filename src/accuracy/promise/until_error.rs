@@ -119,8 +119,12 @@ impl Task<'_> {
         self.measured(survey, image)
     }
 
-    /// The cut; of no meaning if it was cancelled meanwhile. The precision is seen to in the pilot's samples.
+    /// The cut; of no meaning if it was cancelled meanwhile. The precision is seen to in the samples of a short pilot; before
+    /// a long one, which would be lost if f64 were needed, and of whose many samples few paths are told apart.
     fn begin(&mut self, survey: &mut Survey, target: f64) -> Result<Chosen, RenderError> {
+        if self.allocation(target).goal().pilot > LOOK_SAMPLES {
+            return self.choose(survey, target);
+        }
         self.observer.span(0.0, CHOICE);
         let cut = self.cut_for(survey, target, 0)?;
         let exact = survey.precision() == Precision::Double;
