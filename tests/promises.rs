@@ -240,6 +240,18 @@ fn light_without_a_limit_is_called_unbounded_and_bounded_by_white() {
     assert_eq!(broken(&shallow, &deep, &radiance_limit(&scene), true), 0);
 }
 
+/// However few rays it gets, a truth compares its paths with longer ones: it would find errors where there are none.
+#[test]
+fn a_truth_of_few_rays_knows_what_longer_paths_add() {
+    let mut r = renderer();
+    let scene = scene("two_mirrors");
+    let settings = sized(&scene, 24, 16);
+    let found = reference(&mut r, &scene, &settings, None, (1e-3, 1.0), &mut Quiet);
+    let short = found.expect("a truth").expect("not cancelled");
+    assert!(short.hidden > 1e-3, "{}", short.hidden);
+    assert!(truth(&mut r, &scene, &settings, None, 1e-3).hidden < 1e-3);
+}
+
 /// The oracle shares nothing with the kernels but the sampler.
 #[test]
 fn the_oracle_finds_the_same_truth_and_the_budget_holds_it() {

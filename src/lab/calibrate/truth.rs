@@ -143,7 +143,8 @@ impl<'a> Tracer<'a> {
             return Ok(Some(Paths { depth: 1, cutoff: 0.0, hidden: 0.0 }));
         }
         let pixels = f64::from(self.settings.width) * f64::from(self.settings.height);
-        let mut step = Paths { depth: FIRST_DEPTH, cutoff: FIRST_CUTOFF, hidden: 0.0 };
+        // Of the first step alone it is not known what longer paths add: anything.
+        let mut step = Paths { depth: FIRST_DEPTH, cutoff: FIRST_CUTOFF, hidden: 1.0 };
         let (mut last, mut still, mut spent): (Option<(Paths, Shown)>, u32, f64) = (None, 0, 0.0);
         loop {
             let image = match self.render(step, DEPTH_SAMPLES, seeds::truth(0), observer) {
@@ -155,6 +156,7 @@ impl<'a> Tracer<'a> {
             };
             let (linear, rays) = image;
             let shown = Shown::of(&linear);
+            let compared = last.is_some();
             if let Some((_, before)) = &last {
                 step.hidden = shown.distance(before);
                 still = if step.hidden <= HIDDEN_SHARE * sought { still + 1 } else { 0 };
@@ -162,7 +164,8 @@ impl<'a> Tracer<'a> {
             spent += rays as f64;
             let each = rays as f64 / (pixels * f64::from(DEPTH_SAMPLES));
             last = Some((step, shown));
-            let dear = each > MOST_RAYS_PER_SAMPLE || spent > DEPTH_RAYS * self.most_rays;
+            // One step alone says nothing of what longer paths add.
+            let dear = compared && (each > MOST_RAYS_PER_SAMPLE || spent > DEPTH_RAYS * self.most_rays);
             if still == 2 || step.depth >= DEEPEST || dear {
                 break;
             }
