@@ -13,8 +13,12 @@ use tempfile::TempDir;
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.toml");
 
 fn whitted(output: &str, words: &[&str]) -> Command {
+    whitted_of(SCENE, output, words)
+}
+
+fn whitted_of(scene: &str, output: &str, words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
-    command.args(["render", SCENE, "--device", "cpu", "-o", output]).args(words);
+    command.args(["render", scene, "--device", "cpu", "-o", output]).args(words);
     command
 }
 
@@ -38,9 +42,14 @@ impl Bench {
 
     /// Renders to `image`; gives the report.
     fn render(&self, image: &str, words: &[&str], code: i32) -> Value {
+        self.render_scene(SCENE, image, words, code)
+    }
+
+    /// The same of another scene.
+    fn render_scene(&self, scene: &str, image: &str, words: &[&str], code: i32) -> Value {
         let report = self.at("report.json");
         let output = self.at(image);
-        whitted(&output, words).args(["--report", &report]).assert().code(code);
+        whitted_of(scene, &output, words).args(["--report", &report]).assert().code(code);
         assert!(Path::new(&output).exists());
         let report = fs::read(report).unwrap();
         serde_json::from_slice(&report).unwrap()
@@ -157,12 +166,10 @@ fn an_error_is_kept_at_a_depth_whose_rays_hide_less_than_they_may() {
     let changes =
         [("[0, 5, 5]", "[0, 9.9, 5]"), ("intensity = 10", "intensity = 30"), ("rotated_cube.obj", &cube)];
     let lamp = changes.iter().fold(glass, |text, (from, to)| text.replace(from, to));
-    let (scene, output, report) = (bench.at("lamp.toml"), bench.at("a.png"), bench.at("report.json"));
+    let scene = bench.at("lamp.toml");
     fs::write(&scene, lamp).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_whitted"));
-    command.args(["render", &scene, "--device", "cpu", "-o", &output, "--report", &report]);
-    command.args(["--size", "96x72", "--error", "0.1", "--depth", "8"]).assert().code(0);
-    let report: Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
+    let words = ["--size", "96x72", "--error", "0.1", "--depth", "8"];
+    let report = bench.render_scene(&scene, "a.png", &words, 0);
     let part = |name: &str| report["error"][name].as_f64().unwrap();
     assert!(part("truncation_certain") > 0.1 && part("truncation") < 0.1, "{}", report["error"]);
     assert_eq!(report["asked"]["met"], true);

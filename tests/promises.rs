@@ -154,17 +154,6 @@ fn what_is_not_traced_adds_no_more_than_its_certificate() {
     assert!(with_half > 0 && without_cut > with_half);
 }
 
-/// RMSE, as shown.
-fn distance(a: &PixelSums, b: &PixelSums) -> f64 {
-    let shown = |image: &PixelSums, at: usize| image.mean(at).map(|c| c.clamp(0.0, 1.0));
-    let square = |at: usize| {
-        let (a, b) = (shown(a, at), shown(b, at));
-        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>()
-    };
-    let pixels = a.samples.len();
-    ((0..pixels).map(square).sum::<f64>() / (3 * pixels) as f64).sqrt()
-}
-
 /// A budget traces some pixels with longer paths instead of taking every ray that was cut for the brightest there is.
 /// What it states then holds what the same samples lack, and is the same however the work is cut.
 #[test]
@@ -178,7 +167,7 @@ fn longer_paths_of_some_pixels_bound_what_all_lack() {
             let stated = image.report.error.clone().expect("a bound");
             let Some(certain) = stated.truncation_certain else { continue };
             let deep = gathered(&mut r, &scene, &Settings { depth: 48, cutoff: 1e-5, ..settings.clone() });
-            let real = distance(&image.samples, &deep);
+            let real = Shown::of(&image.samples.linear()).distance(&Shown::of(&deep.linear()));
             assert!(real <= stated.truncation, "{name} {depth}: {real} above {}", stated.truncation);
             assert!(stated.truncation < certain && stated.truncation_pixels >= Some(32), "{stated:?}");
             let parts = [stated.sampling, stated.truncation, stated.rounding.unwrap_or(0.0)];

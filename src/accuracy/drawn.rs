@@ -22,39 +22,43 @@ use crate::settings::sampler::pcg4d;
 /// Stream of the draws, apart from those of the sampler.
 const STREAM: u32 = 0xd4a3_17e5;
 
-/// `draws` pixels of `image` for random numbers `seed`, in rising order, some of them more than once; none where
-/// nothing is hidden.
-pub fn draw(image: &PixelSums, limit: &RadianceLimit, draws: u32, seed: u32) -> Vec<u32> {
-    let weights = weights(image, limit);
-    let whole: f64 = weights.iter().sum();
-    let mut drawn = Vec::with_capacity(draws as usize);
-    let (mut at, mut end) = (0, weights.first().copied().unwrap_or(0.0));
-    for stratum in 0..draws {
-        let [high, low, ..] = pcg4d([stratum, draws, seed, STREAM]);
-        let within = (f64::from(high) + f64::from(low) / 2f64.powi(32)) / 2f64.powi(32);
-        let place = (f64::from(stratum) + within) / f64::from(draws) * whole;
-        while end <= place && at + 1 < weights.len() {
-            at += 1;
-            end += weights[at];
-        }
-        if weights.get(at).is_some_and(|weight| *weight > 0.0) {
-            drawn.push(at as u32);
-        }
+/// h_p^2 of each pixel of an image.
+pub struct Weights(Vec<f64>);
+
+impl Weights {
+    /// Of `image`.
+    pub fn new(image: &PixelSums, limit: &RadianceLimit) -> Weights {
+        Weights(pieces::map(image.samples.len(), |at| squares(image.hidden_of(at, limit))))
     }
-    drawn
-}
 
-/// Mean of `of` over the pixels that are drawn; 0 where nothing is hidden.
-pub fn mean_of_drawn(image: &PixelSums, limit: &RadianceLimit, of: impl Fn(usize) -> f64) -> f64 {
-    let weights = weights(image, limit);
-    let all: f64 = weights.iter().sum();
-    let weighted = |(at, weight): (usize, &f64)| if *weight > 0.0 { weight * of(at) } else { 0.0 };
-    if all > 0.0 { weights.iter().enumerate().map(weighted).sum::<f64>() / all } else { 0.0 }
-}
+    /// `draws` pixels for random numbers `seed`, in rising order, some of them more than once; none where nothing is
+    /// hidden.
+    pub fn draw(&self, draws: u32, seed: u32) -> Vec<u32> {
+        let Weights(weights) = self;
+        let whole: f64 = weights.iter().sum();
+        let mut drawn = Vec::with_capacity(draws as usize);
+        let (mut at, mut end) = (0, weights.first().copied().unwrap_or(0.0));
+        for stratum in 0..draws {
+            let [high, low, ..] = pcg4d([stratum, draws, seed, STREAM]);
+            let within = (f64::from(high) + f64::from(low) / 2f64.powi(32)) / 2f64.powi(32);
+            let place = (f64::from(stratum) + within) / f64::from(draws) * whole;
+            while end <= place && at + 1 < weights.len() {
+                at += 1;
+                end += weights[at];
+            }
+            if weights.get(at).is_some_and(|weight| *weight > 0.0) {
+                drawn.push(at as u32);
+            }
+        }
+        drawn
+    }
 
-/// h_p^2 of each pixel.
-fn weights(image: &PixelSums, limit: &RadianceLimit) -> Vec<f64> {
-    pieces::map(image.samples.len(), |at| squares(image.hidden_of(at, limit)))
+    /// Mean of `values`, one a pixel, over the pixels that are drawn; 0 where nothing is hidden.
+    pub fn mean(&self, values: &[u32]) -> f64 {
+        let all: f64 = self.0.iter().sum();
+        let weighted = self.0.iter().zip(values).map(|(weight, value)| weight * f64::from(*value));
+        if all > 0.0 { weighted.sum::<f64>() / all } else { 0.0 }
+    }
 }
 
 /// x of pixel `at` of `image`, whose samples with longer paths are pixel `deeper_at` of `deeper`; and what the longer
@@ -142,6 +146,7 @@ mod tests {
         for share in [0.02, 0.2, 0.7] {
             let pixels: Vec<(f64, f64)> = (0..400).map(|_| (0.1, 0.3 * random(&mut state).powi(3))).collect();
             let shallow = image(&pixels);
+            let weights = Weights::new(&shallow, &LIMIT);
             // Some lack all, the others next to nothing.
             let longer: Vec<(f64, f64)> = pixels
                 .iter()
@@ -156,7 +161,7 @@ mod tests {
             let (draws, risk, trials) = (64, 0.05, 2000);
             let (mut failed, mut unwarned) = (0, 0);
             for seed in 0..trials {
-                let drawn = draw(&shallow, &LIMIT, draws, seed);
+                let drawn = weights.draw(draws, seed);
                 assert_eq!(drawn.len(), draws as usize);
                 let x =
                     drawn.iter().map(|p| lacking((&shallow, *p as usize), (&deep, *p as usize), &LIMIT).0);
@@ -177,13 +182,13 @@ mod tests {
         let squares = [0.0, 0.01, 0.04, 0.25, 0.0];
         let mut counts = [0u32; 5];
         let draws = 30_000;
-        draw(&shallow, &LIMIT, draws, 7).into_iter().for_each(|p| counts[p as usize] += 1);
+        Weights::new(&shallow, &LIMIT).draw(draws, 7).into_iter().for_each(|p| counts[p as usize] += 1);
         for (count, square) in counts.into_iter().zip(squares) {
             let wanted = f64::from(draws) * square / 0.3;
             assert!((f64::from(count) - wanted).abs() <= 1.0, "{counts:?}");
         }
-        assert!(draw(&image(&[(0.5, 0.0); 4]), &LIMIT, 10, 1).is_empty());
-        assert!(draw(&image(&[]), &LIMIT, 10, 1).is_empty());
+        assert!(Weights::new(&image(&[(0.5, 0.0); 4]), &LIMIT).draw(10, 1).is_empty());
+        assert!(Weights::new(&image(&[]), &LIMIT).draw(10, 1).is_empty());
     }
 
     #[test]

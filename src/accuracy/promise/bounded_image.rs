@@ -238,13 +238,11 @@ impl Task<'_> {
             let view = View { width: samples.width, height, linear: &linear };
             let encoding = self.request.file.map(|format| format.encoding_error(view));
             let others = (rounding, encoding);
+            let sampling = measured.map_or(confidence, |_| sampling_confidence(confidence));
+            let certain = budget::budget(&samples, &self.limit, &self.caps, others, sampling);
             let error = match measured {
-                None => budget::budget(&samples, &self.limit, &self.caps, others, confidence),
-                Some(measured) => {
-                    let sampling = sampling_confidence(confidence);
-                    let certain = budget::budget(&samples, &self.limit, &self.caps, others, sampling);
-                    measured.into_error(certain, confidence)
-                }
+                None => certain,
+                Some(measured) => measured.into_error(certain, confidence),
             };
             ErrorInfo { void: lost.or_else(|| not_finite(&linear)), ..error }
         });

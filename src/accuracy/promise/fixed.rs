@@ -65,9 +65,9 @@ impl Task<'_> {
             measured = self.measured(&survey, &image)?;
             render += start.elapsed();
         }
-        // One that was cancelled while it measured is none that measured nothing.
-        let compared = image.done() == 1.0 && (rounding.is_some() || !compared);
-        let finished = compared && (measured.is_some() || !self.observer.cancelled());
+        // Cancelled before the measurement was done, it has to be resumed.
+        let complete = image.done() == 1.0 && (rounding.is_some() || !compared);
+        let finished = complete && (measured.is_some() || !self.observer.cancelled());
         let kept = (!finished && image.done() > 0.0).then(|| {
             survey.resume_state(identity, Bounded::new(Stage::Settings, vec![image.clone(), truth]))
         });

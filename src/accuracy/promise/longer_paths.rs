@@ -2,7 +2,7 @@
 
 use super::traced::{Region, Tracing};
 use super::{DEEPEST, Task};
-use crate::accuracy::drawn;
+use crate::accuracy::drawn::{self, Weights};
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::{RenderError, Survey};
 use crate::report::ErrorInfo;
@@ -143,7 +143,8 @@ impl Task<'_> {
             return Ok(None);
         }
         let rays = RAYS_SHARE * image.marks.iter().map(|m| f64::from(m.rays)).sum::<f64>();
-        let mut trial = drawn::draw(image, &self.limit, LEAST_DRAWS, !self.settings.seed);
+        let weights = Weights::new(image, &self.limit);
+        let mut trial = weights.draw(LEAST_DRAWS, !self.settings.seed);
         trial.dedup();
         let cut = trial.iter().map(|p| image.cut(*p as usize)).sum::<f64>() / trial.len().max(1) as f64;
         let settings = Settings { depth: DEEPEST, ..survey.settings().clone() };
@@ -159,7 +160,7 @@ impl Task<'_> {
             let samples = trial.iter().map(|p| image.samples[*p as usize]).min().unwrap_or(1);
             let each = (&trial[..], samples);
             match tracing.lengthened(each, own.first_longer(cut), left, TRIAL_SHARE * rays)? {
-                Some(found) => self.drawn(&mut longer, image, found, rays),
+                Some(found) => self.drawn(&mut longer, (image, &weights), found, rays),
                 None => Ok(None),
             }
         });
@@ -173,14 +174,13 @@ impl Task<'_> {
     fn drawn(
         &mut self,
         survey: &mut Survey,
-        image: &PixelSums,
+        (image, weights): (&PixelSums, &Weights),
         longer: Longer,
         rays: f64,
     ) -> Result<Option<Measured>, RenderError> {
         let limit = &self.limit;
-        let samples = drawn::mean_of_drawn(image, limit, |at| f64::from(image.samples[at]));
-        let count = draws(rays, longer.rays * samples);
-        let places = drawn::draw(image, limit, count, self.settings.seed);
+        let count = draws(rays, longer.rays * weights.mean(&image.samples));
+        let places = weights.draw(count, self.settings.seed);
         if places.is_empty() {
             return Ok(None);
         }

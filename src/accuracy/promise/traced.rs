@@ -57,19 +57,21 @@ impl Tracing<'_> {
     /// [`LOOK_SAMPLES`] samples of each of `places`, as an image of their own; of the first of them only if
     /// cancelled.
     pub(super) fn see(&mut self, places: &[u32]) -> Result<PixelSums, RenderError> {
-        let traced = self.trace(places, 0..LOOK_SAMPLES)?;
-        let count = traced.marks.len() as u32;
-        let mut seen = PixelSums::new(count, 1, self.survey.replicates());
-        seen.add(&(0..count).collect::<Vec<_>>(), LOOK_SAMPLES, &traced);
-        Ok(seen)
+        self.first_samples(places, LOOK_SAMPLES)
     }
 
     /// The first `samples` samples of each of `places`, as an image of their own; `None` if cancelled.
     pub(super) fn all_of(&mut self, places: &[u32], samples: u32) -> Result<Option<PixelSums>, RenderError> {
+        let seen = self.first_samples(places, samples)?;
+        Ok((seen.samples.len() == places.len()).then_some(seen))
+    }
+
+    fn first_samples(&mut self, places: &[u32], samples: u32) -> Result<PixelSums, RenderError> {
         let traced = self.trace(places, 0..samples)?;
-        let mut seen = PixelSums::new(places.len() as u32, 1, self.survey.replicates());
-        seen.add(&(0..places.len() as u32).collect::<Vec<_>>(), samples, &traced);
-        Ok((traced.marks.len() == places.len()).then_some(seen))
+        let count = traced.marks.len() as u32;
+        let mut seen = PixelSums::new(count, 1, self.survey.replicates());
+        seen.add(&(0..count).collect::<Vec<_>>(), samples, &traced);
+        Ok(seen)
     }
 
     /// As `trace`, until a state is wanted, too.
