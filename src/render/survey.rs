@@ -135,25 +135,14 @@ impl Survey {
         ResumeState::new(identity, TimeInfo::default(), self.tally.clone(), payload)
     }
 
-    /// Gives `observer` the state of a render that goes on; `time` is what earlier parts took, `start` when this one began.
-    /// Gives the payload back.
+    /// Gives `observer` the state of a render that goes on and has taken `time`. Gives the payload back.
     pub(crate) fn keep<P: Payload>(
         &self,
         observer: &mut dyn Observer,
-        mut time: TimeInfo,
-        start: Instant,
+        time: TimeInfo,
         identity: &Identity,
         payload: P,
     ) -> P {
-        let (render, prepared) = (start.elapsed().as_secs_f64(), self.prepared().as_secs_f64());
-        let build = self.built().as_secs_f64();
-        time.add(&TimeInfo {
-            wall: build + prepared + render,
-            build,
-            first_dispatch: prepared,
-            render,
-            ..TimeInfo::default()
-        });
         let state = ResumeState::new(identity.clone(), time, self.tally.clone(), payload);
         observer.keep(&state);
         state.payload

@@ -9,7 +9,6 @@ use crate::image::{self, Format, SaveError, View, linear_sha256};
 use crate::render::{Observer, Rendered, ResumeState, Survey, not_finite};
 use crate::report::{ErrorInfo, Report, TimeInfo};
 use std::path::Path;
-use std::time::Duration;
 
 /// An image with an upper bound on its error, in [`Report::error`].
 #[derive(Debug, Clone)]
@@ -198,8 +197,7 @@ pub(super) struct Image {
     pub(super) rounding: Option<(f64, u64)>,
     /// Truncation part from longer paths; `None` for what is certain.
     pub(super) measured: Option<Measured>,
-    pub(super) prepared: Duration,
-    pub(super) render: Duration,
+    pub(super) took: TimeInfo,
     /// Times of an earlier, interrupted part.
     pub(super) before: TimeInfo,
     /// True if sampled from coarse to fine.
@@ -209,7 +207,7 @@ pub(super) struct Image {
 impl Task<'_> {
     /// The image with its error bound; without one if pixels have no samples.
     pub(super) fn known(self, image: Image, survey: &Survey) -> BoundedImage {
-        let Image { samples, rounding, measured, prepared, render, before, coarse } = image;
+        let Image { samples, rounding, measured, took, before, coarse } = image;
         let mut report = survey.report();
         report.device = self.renderer.device().info();
         report.warnings = survey.warnings().to_vec();
@@ -221,12 +219,12 @@ impl Task<'_> {
         report.scene.notes = self.scene.notes.lines();
         let read = self.scene.read_time.0;
         report.time = TimeInfo {
-            wall: before.wall + (read + survey.built() + prepared + render).as_secs_f64(),
+            wall: before.wall + read.as_secs_f64() + took.wall,
             scene: before.scene + read.as_secs_f64(),
-            build: before.build + survey.built().as_secs_f64(),
-            first_dispatch: before.first_dispatch + prepared.as_secs_f64(),
+            build: before.build + took.build,
+            first_dispatch: before.first_dispatch + took.first_dispatch,
             device: report.passes.iter().map(|p| p.seconds).sum(),
-            render: before.render + render.as_secs_f64(),
+            render: before.render + took.render,
         };
         let done = samples.done();
         let confidence = self.request.confidence;

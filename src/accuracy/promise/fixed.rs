@@ -18,7 +18,7 @@ impl Task<'_> {
         earlier: Option<ResumeState<Bounded>>,
     ) -> Result<BoundedImage, RenderError> {
         let settings = self.settings.clone();
-        let mut survey = Survey::new(self.renderer, self.scene, &settings)?;
+        let mut survey = self.survey(&settings)?;
         let identity = survey.identity(&settings, options(&self.request));
         let (images, before) = match earlier {
             None => (Vec::new(), TimeInfo::default()),
@@ -33,37 +33,30 @@ impl Task<'_> {
         let (mut image, mut truth) =
             (images.next().unwrap_or_else(nothing), images.next().unwrap_or_else(nothing));
 
-        let start = Instant::now();
+        self.took.start = Instant::now();
         let compared = survey.precision() != Precision::Double && self.renderer.device().has_double();
-        let begun = Begun { start, identity: &identity, before: &before };
+        let begun = Begun { identity: &identity, before: &before };
         let half = if compared { 0.5 } else { 1.0 };
         while self.some(&mut survey, &settings, &mut image, [0.0, half])? {
             [image, truth] = self.keep_budget(&survey, [image, truth], &begun);
         }
-        let mut render = start.elapsed();
-        self.show(&survey, &image, start);
-        let mut prepared = survey.prepared();
+        self.show(&survey, &image);
         let mut rounding = None;
         if survey.precision() == Precision::Double {
             rounding = Some(Rounding::none(image.samples.len()));
         } else if compared && image.done() == 1.0 && !self.observer.cancelled() {
             let double = Settings { precision: Precision::Double, ..settings.clone() };
-            let mut exact = Survey::new(self.renderer, self.scene, &double)?;
-            prepared += exact.prepared();
-            let exact_start = Instant::now();
+            let mut exact = self.survey(&double)?;
             while self.some(&mut exact, &double, &mut truth, [0.5, 1.0])? {
                 [image, truth] = self.keep_budget(&survey, [image, truth], &begun);
             }
-            render += exact_start.elapsed();
             if truth.done() == 1.0 {
                 rounding = Some(budget::rounding(&image, &truth));
             }
         }
         let mut measured = None;
         if image.done() == 1.0 && !self.observer.cancelled() {
-            let start = Instant::now();
             measured = self.measured(&survey, &image)?;
-            render += start.elapsed();
         }
         // Cancelled before the measurement was done, it has to be resumed.
         let complete = image.done() == 1.0 && (rounding.is_some() || !compared);
@@ -72,8 +65,14 @@ impl Task<'_> {
             survey.resume_state(identity, Bounded::new(Stage::Settings, vec![image.clone(), truth]))
         });
         let part = rounding.as_ref().map(|r| (r.rmse, r.ways));
-        let image =
-            Image { samples: image, rounding: part, measured, prepared, render, before, coarse: false };
+        let image = Image {
+            samples: image,
+            rounding: part,
+            measured,
+            took: self.took.so_far(),
+            before,
+            coarse: false,
+        };
         let mut known = self.known(image, &survey);
         if let Some(error) = &mut known.report.error {
             error.rounding_values = rounding.as_ref().map(|r| r.values);

@@ -148,7 +148,7 @@ impl Task<'_> {
         trial.dedup();
         let cut = trial.iter().map(|p| image.cut(*p as usize)).sum::<f64>() / trial.len().max(1) as f64;
         let settings = Settings { depth: DEEPEST, ..survey.settings().clone() };
-        let found = Survey::new(self.renderer, self.scene, &settings).and_then(|mut longer| {
+        let found = self.survey(&settings).and_then(|mut longer| {
             let limit = &self.limit;
             let left = |seen: &PixelSums| {
                 let of = |(at, p): (usize, &u32)| drawn::lacking((image, *p as usize), (seen, at), limit).1;

@@ -31,7 +31,8 @@ use super::bright;
 use super::radiance_bound::{RadianceLimit, radiance_limit};
 use super::unseen::Caps;
 use crate::image::Format;
-use crate::render::{Observer, Quiet, RenderError, Renderer, ResumeState};
+use crate::render::{Observer, Quiet, RenderError, Renderer, ResumeState, Survey};
+use crate::report::TimeInfo;
 use crate::scene::Scene;
 use crate::settings::{Settings, SettingsError};
 use monotone_progress::MonotoneProgress;
@@ -130,6 +131,44 @@ struct Task<'a> {
     limit: RadianceLimit,
     caps: Caps,
     observer: MonotoneProgress<'a>,
+    took: Took,
+}
+
+/// What the device was made ready for, and when the render began; what is prepared later moves its start.
+#[derive(Debug, Clone, Copy)]
+struct Took {
+    /// Packing and planning.
+    built: Duration,
+    /// Opening the device, kernels and buffers.
+    prepared: Duration,
+    /// When the first ray was submitted, and as much later as other kernels took to prepare since.
+    start: Instant,
+}
+
+impl Took {
+    fn nothing() -> Took {
+        Took { built: Duration::ZERO, prepared: Duration::ZERO, start: Instant::now() }
+    }
+
+    /// The times up to now.
+    fn so_far(&self) -> TimeInfo {
+        let (build, first_dispatch) = (self.built.as_secs_f64(), self.prepared.as_secs_f64());
+        let render = self.start.elapsed().as_secs_f64();
+        let wall = build + first_dispatch + render;
+        TimeInfo { wall, build, first_dispatch, render, ..TimeInfo::default() }
+    }
+}
+
+impl Task<'_> {
+    /// A survey of the scene under `settings`; the time to prepare it is not the render's.
+    fn survey(&mut self, settings: &Settings) -> Result<Survey, RenderError> {
+        let begin = Instant::now();
+        let survey = Survey::new(self.renderer, self.scene, settings)?;
+        self.took.built += survey.built();
+        self.took.prepared += survey.prepared();
+        self.took.start += begin.elapsed();
+        Ok(survey)
+    }
 }
 
 impl Renderer {
@@ -199,7 +238,8 @@ impl Renderer {
             }
         }
         let caps = bright::caps(scene, &settings, &limit);
-        let task = Task { renderer: self, scene, settings, request: *request, limit, caps, observer };
+        let took = Took::nothing();
+        let task = Task { renderer: self, scene, settings, request: *request, limit, caps, observer, took };
         let mut image = match request.target {
             Target::Settings => task.fixed(earlier),
             Target::Error(target) => task.until_error(target, earlier),

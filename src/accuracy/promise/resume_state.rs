@@ -10,7 +10,6 @@ use crate::render::{Identity, Kind, Mismatch, Payload, Survey};
 use crate::report::{SettingsInfo, TimeInfo};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
-use std::time::Instant;
 
 /// How far it was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,7 +34,6 @@ pub(super) struct Timed {
 
 /// The render of which states are kept.
 pub(super) struct Begun<'a> {
-    pub(super) start: Instant,
     pub(super) identity: &'a Identity,
     /// What earlier parts took.
     pub(super) before: &'a TimeInfo,
@@ -44,8 +42,9 @@ pub(super) struct Begun<'a> {
 impl Task<'_> {
     /// Keeps the state of a render that goes on, and gives its samples back.
     pub(super) fn keep(&mut self, survey: &Survey, kept: Bounded, begun: &Begun<'_>) -> Vec<PixelSums> {
-        let Begun { start, identity, before } = *begun;
-        survey.keep(&mut self.observer, before.clone(), start, identity, kept).images
+        let mut time = begun.before.clone();
+        time.add(&self.took.so_far());
+        survey.keep(&mut self.observer, time, begun.identity, kept).images
     }
 }
 

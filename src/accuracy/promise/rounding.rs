@@ -87,6 +87,7 @@ impl Task<'_> {
             Ok(seen)
         };
         let (a, b) = (see(survey)?, see(&mut exact)?);
+        survey.count(&exact);
         let all = a.samples.len().min(b.samples.len()) == places.len();
         Ok(all.then(|| RoundingEstimate::of(&a, &b)))
     }
@@ -95,7 +96,7 @@ impl Task<'_> {
     /// where the device has no f64, or it was cancelled.
     pub(super) fn rounded_image(
         &mut self,
-        survey: &Survey,
+        survey: &mut Survey,
         image: &PixelSums,
     ) -> Result<Option<RoundingEstimate>, RenderError> {
         if !self.renderer.device().has_double() {
@@ -106,13 +107,15 @@ impl Task<'_> {
         let a = image.of_some(&places, places.len() as u32);
         let region = Region::of(&self.settings);
         let mut tracing = Tracing { survey: &mut exact, region, observer: &mut self.observer };
-        Ok(tracing.all_of(&places, samples)?.map(|b| RoundingEstimate::of(&a, &b)))
+        let b = tracing.all_of(&places, samples)?;
+        survey.count(&exact);
+        Ok(b.map(|b| RoundingEstimate::of(&a, &b)))
     }
 
     /// `survey` in f64, and the pixels to be compared.
     fn comparison(&mut self, survey: &Survey) -> Result<(Survey, Vec<u32>), RenderError> {
         let settings = Settings { precision: Precision::Double, ..survey.settings().clone() };
-        let mut exact = Survey::new(self.renderer, self.scene, &settings)?;
+        let mut exact = self.survey(&settings)?;
         exact.cut_at(survey.settings().depth, survey.settings().cutoff);
         let region = Region::of(&self.settings);
         let places = region.spread((region.pixels() / PIXEL_SHARE).clamp(LEAST_PIXELS, MOST_PIXELS));

@@ -8,7 +8,7 @@ use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::radiance_bound::radiance_limit;
 use crate::accuracy::sampling::{Noise, joined};
 use crate::accuracy::unseen::Unseen;
-use crate::render::{Observer, RenderError, Renderer, Survey};
+use crate::render::{Observer, RenderError, Renderer};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use serde::Serialize;
@@ -61,7 +61,8 @@ impl Renderer {
         let caps = bright::caps(scene, settings, &limit);
         let observer = super::MonotoneProgress::new(observer);
         let settings = settings.clone();
-        Task { renderer: self, scene, settings, request: *request, limit, caps, observer }.settle(error)
+        let took = super::Took::nothing();
+        Task { renderer: self, scene, settings, request: *request, limit, caps, observer, took }.settle(error)
     }
 }
 
@@ -70,7 +71,7 @@ impl Task<'_> {
         let own = self.settings.clone();
         let depth = if self.request.keep_depth { own.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..own.clone() };
-        let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+        let mut survey = self.survey(&self.settings.clone())?;
         let chosen = self.choose(&mut survey, error)?;
         self.go_to(&mut survey, &chosen)?;
         let region = Region::of(&self.settings);

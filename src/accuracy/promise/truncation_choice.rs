@@ -14,6 +14,8 @@ const LADDER: [u32; 20] = [1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 24, 32, 48, 64, 96, 
 const MARGIN: usize = 3;
 /// Depths beyond one and a half times that of the longest path in the pixels looked at.
 const ROOM: u32 = 4;
+/// A cut that costs as much as this share of another's is no better: to look for it costs more than it saves.
+const ALIKE: f64 = 0.9;
 /// Pixels that are looked at.
 pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
@@ -25,9 +27,11 @@ const LEAST_PIXELS: f64 = 128.0;
 const PIXEL_SHARE: f64 = 1.0 / 32.0;
 /// Rays that one look may take, more or less.
 const LOOK_RAYS: f64 = 1e6;
-/// Shares of an error that a single ray may hide, tried as weight cuts; and that of all other looks, which keeps
-/// branching paths from growing without end.
-const SHARES: [f64; 3] = [1.0, 0.3, 0.1];
+/// Share of an error that a single ray may hide, tried as a weight cut; then [`MORE`](SHARE_MORE) of it where that pays,
+/// else less. [`LEAST_SHARE`] is that of all other looks, which keeps branching paths from growing without end.
+const SHARE: f64 = 0.3;
+const SHARE_MORE: f64 = 1.0;
+const SHARE_LESS: f64 = 0.1;
 const LEAST_SHARE: f64 = 0.02;
 
 /// A ray that hides less is not traced where time is short: an eighth of an 8-bit code.
@@ -51,6 +55,8 @@ pub(super) struct TruncationChoice {
     pub(super) rays: f64,
     /// Root of the expected squared error of [`LOOK_SAMPLES`] samples a pixel.
     pub(super) noise: f64,
+    /// True if no path that was looked at is as long as the depth: what is hidden, if anything, the cutoff hides.
+    pub(super) all_ended: bool,
 }
 
 impl TruncationChoice {
@@ -63,7 +69,7 @@ impl TruncationChoice {
 
     /// A depth and cutoff whose effect is not known.
     pub(super) fn unseen(depth: u32, cutoff: f32) -> TruncationChoice {
-        TruncationChoice { depth, cutoff, hidden: 0.0, rays: 1.0, noise: 0.0 }
+        TruncationChoice { depth, cutoff, hidden: 0.0, rays: 1.0, noise: 0.0, all_ended: false }
     }
 
     /// Expected error of an image of `rays` rays.
@@ -104,6 +110,7 @@ pub(super) fn look(
         hidden: seen.truncation(limit).rms,
         rays: rays as f64 / f64::from((count * LOOK_SAMPLES).max(1)),
         noise: (noise.variance() / f64::from(count.max(1))).sqrt(),
+        all_ended: deepest < depth,
     }))
 }
 
@@ -134,9 +141,9 @@ fn ladder(
             Err(error) => return Err(error),
         }
         let last = &rungs[rungs.len() - 1];
-        if last.hidden == 0.0 {
+        if last.hidden == 0.0 || last.all_ended {
             let beyond = depths[(i + MARGIN).min(depths.len() - 1)];
-            let deeper = TruncationChoice { depth: beyond, ..last.clone() };
+            let deeper = TruncationChoice { depth: beyond.max(last.depth), ..last.clone() };
             rungs.push(deeper);
             break;
         }
@@ -154,10 +161,10 @@ pub(super) fn for_error(
     target: f64,
     after: u32,
 ) -> Result<TruncationChoice, RenderError> {
-    // Once a rung costs more than the best, deeper ones do too: they hide less, but not less than nothing.
+    // Once a rung is as dear as the best, deeper ones are too: they hide less, but not less than nothing.
     let past_best = |rungs: &[TruncationChoice]| {
         let best = rungs.iter().map(|r| r.cost(target)).fold(f64::INFINITY, f64::min);
-        rungs.last().is_some_and(|last| last.rays * target.powf(-4.0 / 3.0) > best)
+        rungs.last().is_some_and(|last| last.rays * target.powf(-4.0 / 3.0) > ALIKE * best)
     };
     let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
     let least = if brightest.is_finite() { LEAST_SHARE * target / brightest.max(1.0) } else { 0.0 };
@@ -165,11 +172,10 @@ pub(super) fn for_error(
     let deepest = cuts.iter().map(|c| c.depth).max().unwrap_or(1);
     let reached = cuts.iter().any(|c| c.cost(target).is_finite());
     if brightest > 0.0 && brightest.is_finite() && deepest > 1 {
-        for share in SHARES {
-            let cutoff = (share * target / brightest) as f32;
-            if cutoff >= 1.0 {
-                continue;
-            }
+        let mut share = SHARE;
+        loop {
+            let cutoff = ((share * target / brightest) as f32).min(1.0);
+            let before = best(&cuts, target).map_or(f64::INFINITY, |c| c.cost(target));
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
             match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), cuts.last())) {
                 Ok(Some(cut)) => cuts.push(cut),
@@ -177,9 +183,11 @@ pub(super) fn for_error(
                 Err(error) if error.does_not_fit() => break,
                 Err(error) => return Err(error),
             }
-            if tracing.observer.cancelled() {
+            if share != SHARE || tracing.observer.cancelled() {
                 break;
             }
+            let pays = cuts.last().is_some_and(|cut| cut.cost(target) <= before);
+            share = if pays { SHARE_MORE } else { SHARE_LESS };
         }
     }
     let least_hidden = cuts.iter().rev().min_by(|a, b| a.hidden.total_cmp(&b.hidden)).cloned();

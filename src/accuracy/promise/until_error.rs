@@ -37,9 +37,9 @@ impl Task<'_> {
         let depth = if self.request.keep_depth { self.settings.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..self.settings };
         let asked = self.settings.clone();
-        let mut survey = Survey::new(self.renderer, self.scene, &asked)?;
+        let mut survey = self.survey(&asked)?;
         let identity = survey.identity(&asked, options(&self.request));
-        let start = Instant::now();
+        self.took.start = Instant::now();
         let (mut chosen, before) = match earlier {
             Some(state) => {
                 let (samples, before) = survey.take_up(state, &identity)?;
@@ -49,7 +49,7 @@ impl Task<'_> {
         };
         self.go_to(&mut survey, &chosen)?;
         loop {
-            let begun = Begun { start, identity: &identity, before: &before };
+            let begun = Begun { identity: &identity, before: &before };
             match self.sample(&mut survey, target, &mut chosen, &begun)? {
                 Sampled::All => break,
                 Sampled::LosesTooMuch => (),
@@ -82,10 +82,9 @@ impl Task<'_> {
             let images = vec![chosen.allocation.take_gathered()];
             survey.resume_state(identity, Bounded::new(Stage::Error(Box::new(chosen)), images))
         });
-        let prepared = survey.prepared();
-        let render = start.elapsed();
+        let took = self.took.so_far();
         let (depth, limit) = (survey.settings().depth, self.limit.clone());
-        let image = Image { samples, rounding, measured, prepared, render, before, coarse: true };
+        let image = Image { samples, rounding, measured, took, before, coarse: true };
         let mut known = self.known(image, &survey);
         let error = known.report.error.as_ref();
         let met = error.is_some_and(|e| e.rounding.is_some() && e.void.is_none() && e.total <= target);
@@ -147,7 +146,7 @@ impl Task<'_> {
     pub(super) fn go_to(&mut self, survey: &mut Survey, chosen: &Chosen) -> Result<(), RenderError> {
         if chosen.double && survey.precision() != Precision::Double {
             self.settings.precision = Precision::Double;
-            let mut exact = Survey::new(self.renderer, self.scene, &self.settings)?;
+            let mut exact = self.survey(&self.settings.clone())?;
             exact.count(survey);
             *survey = exact;
         }
@@ -190,7 +189,9 @@ impl Task<'_> {
         let rounded = self.rounded(survey, None)?;
         if self.rounds_too_much(survey, rounded, target) {
             self.settings.precision = Precision::Double;
-            *survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+            let mut exact = self.survey(&self.settings.clone())?;
+            exact.count(survey);
+            *survey = exact;
             return Ok(Some(RoundingEstimate::default()));
         }
         Ok(rounded)
@@ -265,7 +266,7 @@ impl Task<'_> {
             let mut tracing = Tracing { survey, region, observer: &mut self.observer };
             let traced = tracing.trace_some(&step.pixels, step.samples.clone())?;
             chosen.allocation.record(&step, &traced);
-            self.show(survey, chosen.allocation.gathered(), begun.start);
+            self.show(survey, chosen.allocation.gathered());
             if self.observer.wants_state() && !self.observer.cancelled() {
                 self.keep_chosen(survey, chosen, begun);
             }

@@ -100,7 +100,7 @@ impl Task<'_> {
         let own = self.settings.clone();
         let depth = if self.request.keep_depth { own.depth } else { DEEPEST };
         self.settings = Settings { replicates: 1, depth, ..self.settings };
-        let mut survey = Survey::new(self.renderer, self.scene, &self.settings)?;
+        let mut survey = self.survey(&self.settings.clone())?;
         let identity = survey.identity(&self.settings, options(&self.request));
         let (timed, before) = match earlier {
             Some(state) => {
@@ -112,8 +112,8 @@ impl Task<'_> {
         // What earlier parts took is gone.
         let (all, seconds) = (seconds, (seconds - before.wall).max(0.0));
         self.observer.by_clock(from, seconds);
-        let start = Instant::now();
-        let begun = Begun { start, identity: &identity, before: &before };
+        self.took.start = Instant::now();
+        let begun = Begun { identity: &identity, before: &before };
         let region = Region::of(&self.settings);
         let closing = CLOSING * survey.prepared().as_secs_f64();
         (clock.seconds, clock.reserve) = (seconds, closing);
@@ -130,7 +130,7 @@ impl Task<'_> {
         clock.reserve = closing + output.image;
         self.cover_in_time(&mut survey, clock.end(), usize::MAX, &mut timed, &begun)?;
         let begin = Instant::now();
-        self.show(&survey, timed.allocation.gathered(), start);
+        self.show(&survey, timed.allocation.gathered());
         clock.reserve += begin.elapsed().as_secs_f64() + output.statement;
         clock.deciding = output.deciding;
         if timed.allocation.is_covered() && (clock.left() > 0.0 || timed.cut.is_some()) {
@@ -151,11 +151,12 @@ impl Task<'_> {
             self.sample_in_time(&mut survey, &clock, &mut timed, &begun)?;
         } else if timed.allocation.gathered().done() == 0.0 && !self.observer.cancelled() {
             self.trace_little(&mut survey, &mut timed.allocation)?;
-            self.show(&survey, timed.allocation.gathered(), start);
+            self.show(&survey, timed.allocation.gathered());
         }
 
         let short = !timed.allocation.is_covered();
-        let (prepared, render) = (survey.prepared(), start.elapsed());
+        let took = self.took.so_far();
+        let (begun, render) = (self.took.start, took.render);
         let cancelled = self.observer.cancelled();
         // A copy only for a state.
         let samples = match cancelled {
@@ -169,10 +170,8 @@ impl Task<'_> {
             survey.resume_state(identity, Bounded::new(Stage::Time(Box::new(timed)), images))
         });
         let seconds = all;
-        let mut known = self.known(
-            Image { samples, rounding, measured: None, prepared, render, before, coarse: true },
-            &survey,
-        );
+        let mut known =
+            self.known(Image { samples, rounding, measured: None, took, before, coarse: true }, &survey);
         known.unfinished = kept;
         known.report.time.first_dispatch += clock.opened;
         known.report.asked.time = Some(seconds);
@@ -181,10 +180,10 @@ impl Task<'_> {
             Some("the render was interrupted".into())
         } else if short {
             // Looks and kernels were paid for; the rest goes with the pixels.
-            let fixed = (start - from).as_secs_f64() + clock.reserve;
+            let fixed = (begun - from).as_secs_f64() + clock.reserve;
             // Few pixels tell little of the pace.
             let needed = match pilot >= 0.05 {
-                true => format!("about {:.1} s", fixed + render.as_secs_f64() / pilot),
+                true => format!("about {:.1} s", fixed + render / pilot),
                 false => "longer".to_owned(),
             };
             Some(format!(
@@ -330,7 +329,7 @@ impl Task<'_> {
                 deciding = (decided + begin.elapsed()).as_secs_f64();
             }
             let seconds = start.elapsed().as_secs_f64();
-            self.show(survey, timed.allocation.gathered(), begun.start);
+            self.show(survey, timed.allocation.gathered());
             let kept = self.kept_in_time(survey, timed, begun);
             if cut_short && !kept {
                 break;

@@ -3,16 +3,15 @@
 use super::Task;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::{ImageSoFar, Observer, Survey};
-use std::time::Instant;
 
 impl Task<'_> {
-    /// Gives the image so far to the observer, if it watches. `start`: just before the first submit. Pixels without
+    /// Gives the image so far to the observer, if it watches. Pixels without
     /// samples repeat their neighbours, as in the image of a render that ends now.
-    pub(super) fn show(&mut self, survey: &Survey, image: &PixelSums, start: Instant) {
+    pub(super) fn show(&mut self, survey: &Survey, image: &PixelSums) {
         if !self.observer.watches() || image.done() == 0.0 {
             return;
         }
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = self.took.start.elapsed().as_secs_f64();
         let traced: u64 = image.samples.iter().map(|n| u64::from(*n)).sum();
         self.observer.image(&ImageSoFar {
             linear: &image.filled(),
