@@ -301,6 +301,10 @@ impl Allocation {
         for &(class, pixels) in &step.parts {
             self.advance(class, pixels);
         }
+        // Pixels of one sample are compared with neighbours that may have more now.
+        for class in self.classes.iter_mut().filter(|c| c.samples == 1) {
+            class.measure(&self.gathered, &self.caps);
+        }
     }
 
     fn advance(&mut self, class: usize, pixels: usize) {

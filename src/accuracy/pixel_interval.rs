@@ -31,7 +31,7 @@ struct Evidence {
     edge: bool,
     samples: f64,
     mean: [f64; 3],
-    /// d^2.
+    /// d^2; of one sample, half the square of the difference from its pair.
     coarse: [f64; 3],
     /// Mean of the halves' d'^2; 0 where quarters are not known.
     fine: [f64; 3],
@@ -69,6 +69,12 @@ fn evidence(image: &PixelSums, at: usize) -> Evidence {
         ..Evidence::default()
     };
     if samples < 2 {
+        if samples == 1 {
+            e.mean = image.mean(at);
+            let other = image.pair_of(at).map_or([f64::INFINITY; 3], |q| image.mean(q));
+            // Half the square of their difference: a variance.
+            e.coarse = std::array::from_fn(|c| 0.5 * (e.mean[c] - other[c]).abs().min(1.0).powi(2));
+        }
         return e;
     }
     for c in 0..3 {
@@ -109,7 +115,7 @@ fn half_width(width: u32, evidence: &[Evidence], at: usize, rates: [f64; 2], fac
     let rate = rates[usize::from(own.edge)];
     let (mut sum, mut weights, mut neighbours) = ([0.0; 3], 0.0, 0);
     let (mut low, mut high, mut near_edge) = (own.mean, own.mean, false);
-    for (q, e) in window.map(|q| (q, &evidence[q])).filter(|(_, e)| e.samples >= 2.0) {
+    for (q, e) in window.map(|q| (q, &evidence[q])).filter(|(_, e)| e.samples >= 1.0) {
         let near = at.abs_diff(q) <= 1 || at.abs_diff(q).abs_diff(width as usize) <= 1;
         if near {
             near_edge |= e.edge || e.mean != own.mean;
@@ -121,6 +127,8 @@ fn half_width(width: u32, evidence: &[Evidence], at: usize, rates: [f64; 2], fac
             continue;
         }
         let weight = if q == at { OWN } else { 1.0 };
+        // What a pair differs by is no half difference: no doubling goes before it.
+        let rate = if e.samples > 1.0 { rate } else { 2.0 };
         let scale = weight * (e.samples / own.samples).powf(1.5) / (rate - 1.0);
         for c in 0..3 {
             sum[c] += scale * e.coarse[c];

@@ -152,9 +152,29 @@ impl PixelSums {
     /// What pixel `at` says of its sampling error; it has samples.
     pub fn noise_of(&self, at: usize) -> Noise {
         match self.sums_of(at) {
+            _ if self.samples[at] == 1 => self.noise_of_one(at),
             &[a, b, c, d] if self.replicates == 1 => Noise::of_quarters([a, b, c, d], self.samples[at]),
             sums => Noise::of_replicates(sums, self.samples[at]),
         }
+    }
+
+    /// The same of a pixel of one sample, from that of its pair; if it has none, as much as a pixel can err.
+    fn noise_of_one(&self, at: usize) -> Noise {
+        let Some(other) = self.pair_of(at) else { return Noise::of_one([0.0; 3], [1.0; 3], 1.0) };
+        let mutual = self.samples[other] == 1 && self.pair_of(other) == Some(at);
+        Noise::of_one(self.mean(at), self.mean(other), if mutual { 0.5 } else { 1.0 })
+    }
+
+    /// The neighbour that pixel `at` is compared with as long as it has one sample: pixels 2k and 2k + 1 of a row are a pair;
+    /// the last of an odd row has the one before it. In one column, the same along it.
+    pub fn pair_of(&self, at: usize) -> Option<usize> {
+        let (along, end) = match self.width {
+            1 => (at, self.samples.len()),
+            width => (at % width as usize, width as usize),
+        };
+        let other = if along ^ 1 < end { along ^ 1 } else { along.checked_sub(1)? };
+        let other = at - along + other;
+        (self.samples[other] > 0).then_some(other)
     }
 
     /// True if every set of samples of pixel `at` puts all channels at white or more.
@@ -204,7 +224,9 @@ impl PixelSums {
 
     fn known_with(&self, at: usize, brightest: f32) -> Known {
         let (mut low, mut high) = ([f32::INFINITY; 3], [0.0f32; 3]);
-        for (sum, count) in self.sets_of(at) {
+        // One sample tells less of the rest of its pixel than two.
+        let other = self.pair_of(at).filter(|_| self.samples[at] == 1);
+        for (sum, count) in self.sets_of(at).chain(other.into_iter().flat_map(|q| self.sets_of(q))) {
             for c in 0..3 {
                 let mean = (sum[c] / count) as f32;
                 (low[c], high[c]) = (low[c].min(mean), high[c].max(mean));

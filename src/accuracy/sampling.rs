@@ -117,6 +117,19 @@ impl Noise {
         noise
     }
 
+    /// A pixel of one sample, from its value and the mean of another pixel's samples, linear RGB: |a - b|^2 has a mean of the
+    /// variance of both and the square of what the pixels differ by in truth. `share` of it is this pixel's: a half
+    /// where the other has one sample and this for its own other. Clamped as by [`Noise::of_quarters`].
+    pub fn of_one(own: [f64; 3], other: [f64; 3], share: f64) -> Noise {
+        let apart = |c: usize| {
+            let (d, mean) = ((own[c] - other[c]).abs(), (own[c] + other[c]) / 2.0);
+            if mean - 1.0 >= SURE * d { 0.0 } else { d.min(1.0).powi(2) }
+        };
+        let squares = share * (0..3).map(apart).sum::<f64>() / 3.0;
+        let (fourths, eighths) = (squares.powi(2), squares.powi(4));
+        Noise { pixels: 1, squares, traces: squares, fourths, eighths, ..Noise::default() }
+    }
+
     /// A pixel from the sums over its replicates, linear RGB, each of `samples / sums.len()` samples; clamped as by
     /// [`Noise::of_quarters`].
     pub fn of_replicates(sums: &[[f64; 3]], samples: u32) -> Noise {

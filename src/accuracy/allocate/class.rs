@@ -93,7 +93,9 @@ impl Seen {
 /// Sorts the pixels into classes by their neighbours; all have `goal.pilot` samples.
 pub(super) fn classify(gathered: &PixelSums, caps: &Caps, goal: &Goal) -> Vec<Class> {
     let count = gathered.samples.len();
-    let noise = pieces::map(count, |p| gathered.noise_of(p).squares);
+    // What a pixel of one sample says of its error is its neighbour's sample, too.
+    let own = |p| if goal.pilot > 1 { gathered.noise_of(p).squares } else { 0.0 };
+    let noise = pieces::map(count, own);
     let image = pieces::map(count, |p| gathered.mean(p));
     let keys = pieces::map(count, |p| {
         let (kind, level) = look_around(gathered, goal, p as u32, &noise, &image);
@@ -152,7 +154,7 @@ fn look_around(gathered: &PixelSums, goal: &Goal, p: u32, noise: &[f64], image: 
     let alike = around.iter().all(|&q| mark(q).hash_least == mark(first).hash_least);
     let kind = if mixed { 2 } else { u8::from(!alike) };
     let mut expected = around.iter().map(|&q| noise[q]).sum::<f64>() / count;
-    if kind > 0 {
+    if kind > 0 || goal.pilot == 1 {
         // An edge between neighbours of different colour: all or nothing over that difference.
         for c in 0..3 {
             let shown = |q: usize| image[q][c].clamp(0.0, 1.0);

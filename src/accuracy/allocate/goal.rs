@@ -3,8 +3,8 @@
 use crate::accuracy::unseen::{Cap, Caps, Known, Unseen};
 use serde::{Deserialize, Serialize};
 
-/// Fewest samples of every pixel: their difference is all that is known of its error.
-const LEAST_PILOT: u32 = 2;
+/// Fewest samples of every pixel: a pixel of one is compared with its neighbour.
+const LEAST_PILOT: u32 = 1;
 
 /// Most samples of the pilot: what is asked for is judged after it.
 const MOST_PILOT: u32 = 256;

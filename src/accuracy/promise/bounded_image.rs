@@ -230,7 +230,7 @@ impl Task<'_> {
         let confidence = self.request.confidence;
         let least = samples.samples.iter().min().copied().unwrap_or(0);
         let lost = report.counters.lost();
-        report.error = (done == 1.0 && least > 1).then(|| {
+        report.error = (done == 1.0 && least > 0).then(|| {
             let linear = samples.linear();
             let height = linear.len() as u32 / samples.width.max(1);
             let view = View { width: samples.width, height, linear: &linear };

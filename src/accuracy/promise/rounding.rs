@@ -1,9 +1,10 @@
 //! The rounding part of an error that is asked for: the same samples of some pixels in f64.
 
-use super::Task;
 use super::traced::{Region, Tracing};
+use super::{LOOK_SAMPLES, Task};
 use crate::accuracy::budget;
 use crate::accuracy::pixel_sums::PixelSums;
+use crate::accuracy::sampling::Noise;
 use crate::render::{RenderError, Survey};
 use crate::settings::{Precision, Settings};
 use serde::{Deserialize, Serialize};
@@ -65,7 +66,7 @@ impl RoundingEstimate {
 }
 
 impl Task<'_> {
-    /// Compares `survey` with f64 on [`LOOK_SAMPLES`](super::LOOK_SAMPLES) samples of some pixels; `None` where the device has no f64, or
+    /// Compares `survey` with f64 on [`LOOK_SAMPLES`] samples of some pixels; `None` where the device has no f64, or
     /// it could not be done `by` then.
     pub(super) fn rounded(
         &mut self,
@@ -82,7 +83,7 @@ impl Task<'_> {
         let region = Region::of(&self.settings);
         let mut see = |survey: &mut Survey| -> Result<PixelSums, RenderError> {
             survey.finish_by(by);
-            let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places)?;
+            let seen = Tracing { survey, region, observer: &mut self.observer }.see(&places, LOOK_SAMPLES)?;
             survey.finish_by(None);
             Ok(seen)
         };
@@ -109,7 +110,11 @@ impl Task<'_> {
         let mut tracing = Tracing { survey: &mut exact, region, observer: &mut self.observer };
         let b = tracing.all_of(&places, samples)?;
         survey.count(&exact);
-        Ok(b.map(|b| RoundingEstimate::of(&a, &b)))
+        Ok(b.map(|b| {
+            let seen = RoundingEstimate::of(&a, &b);
+            // Pixels of one sample show no edges, but their neighbours do.
+            if samples == 1 { RoundingEstimate { contrast: contrast_of_pairs(image), ..seen } } else { seen }
+        }))
     }
 
     /// `survey` in f64, and the pixels to be compared.
@@ -136,4 +141,18 @@ fn contrast(seen: &PixelSums) -> f64 {
         count += 1;
     }
     if count == 0 { 1.0 } else { (6.0 * sum / f64::from(count)).min(1.0) }
+}
+
+/// The same from pixels of one sample: mean squared difference of pairs that took different paths.
+fn contrast_of_pairs(image: &PixelSums) -> f64 {
+    let (mut count, mut sum) = (0u32, 0.0);
+    for at in 0..image.samples.len() {
+        let other = image.pair_of(at).filter(|q| !budget::same_way(&image.marks[at], &image.marks[*q]));
+        if let Some(other) = other {
+            let (a, b) = (image.mean(at), image.mean(other));
+            sum += Noise::of_one(a, b, 1.0).squares;
+            count += 1;
+        }
+    }
+    if count == 0 { 1.0 } else { sum / f64::from(count) }
 }

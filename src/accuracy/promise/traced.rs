@@ -1,6 +1,5 @@
 //! A survey seen as the source of an allocation, with places in the region for pixels of the image.
 
-use super::LOOK_SAMPLES;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::render::samples::{Source, Traced};
 use crate::render::{Observer, RenderError, Survey};
@@ -54,19 +53,14 @@ pub(super) struct Tracing<'a> {
 }
 
 impl Tracing<'_> {
-    /// [`LOOK_SAMPLES`] samples of each of `places`, as an image of their own; of the first of them only if
-    /// cancelled.
-    pub(super) fn see(&mut self, places: &[u32]) -> Result<PixelSums, RenderError> {
-        self.first_samples(places, LOOK_SAMPLES)
-    }
-
     /// The first `samples` samples of each of `places`, as an image of their own; `None` if cancelled.
     pub(super) fn all_of(&mut self, places: &[u32], samples: u32) -> Result<Option<PixelSums>, RenderError> {
-        let seen = self.first_samples(places, samples)?;
+        let seen = self.see(places, samples)?;
         Ok((seen.samples.len() == places.len()).then_some(seen))
     }
 
-    fn first_samples(&mut self, places: &[u32], samples: u32) -> Result<PixelSums, RenderError> {
+    /// The first `samples` samples of each of `places`, as an image of their own; of the first of them only if cancelled.
+    pub(super) fn see(&mut self, places: &[u32], samples: u32) -> Result<PixelSums, RenderError> {
         let traced = self.trace(places, 0..samples)?;
         let count = traced.marks.len() as u32;
         let mut seen = PixelSums::new(count, 1, self.survey.replicates());

@@ -21,10 +21,12 @@ pub(super) const PIXELS: u32 = 4096;
 /// A deeper cut is not tried once a sample takes this many rays.
 const MOST_RAYS: f64 = 512.0;
 /// Fewest, where that many are in the region.
-const LEAST_PIXELS: f64 = 128.0;
+const LEAST_PIXELS: f64 = 256.0;
 /// Greatest share of a region's pixels that is looked at, so that looking at a dozen cuts costs no more than a
 /// sample or two of every pixel.
-const PIXEL_SHARE: f64 = 1.0 / 32.0;
+const PIXEL_SHARE: f64 = 1.0 / 16.0;
+/// Samples of each, where only cuts are chosen: other pixels tell more than other samples.
+pub(super) const CUT_SAMPLES: u32 = 1;
 /// Rays that one look may take, more or less.
 const LOOK_RAYS: f64 = 1e6;
 /// Share of an error that a single ray may hide, tried as a weight cut; then [`MORE`](SHARE_MORE) of it where that pays,
@@ -53,7 +55,7 @@ pub(super) struct TruncationChoice {
     pub(super) hidden: f64,
     /// Rays of a sample.
     pub(super) rays: f64,
-    /// Root of the expected squared error of [`LOOK_SAMPLES`] samples a pixel.
+    /// Root of the expected squared error of the samples a pixel that were looked at.
     pub(super) noise: f64,
     /// True if no path that was looked at is as long as the depth: what is hidden, if anything, the cutoff hides.
     pub(super) all_ended: bool,
@@ -85,17 +87,17 @@ impl TruncationChoice {
     }
 }
 
-/// Effect of a depth and cutoff in `pixels` pixels; `None` if cancelled or out of time.
+/// Effect of a depth and cutoff in `pixels` pixels of `samples` samples; `None` if cancelled or out of time.
 pub(super) fn look(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
     depth: u32,
     cutoff: f32,
-    pixels: u32,
+    (pixels, samples): (u32, u32),
 ) -> Result<Option<TruncationChoice>, RenderError> {
     tracing.survey.cut_at(depth, cutoff);
     let places = tracing.region.spread(pixels);
-    let seen = tracing.see(&places)?;
+    let seen = tracing.see(&places, samples)?;
     let count = seen.samples.len() as u32;
     if (count as usize) < places.len() {
         return Ok(None);
@@ -108,17 +110,22 @@ pub(super) fn look(
         depth: depth.min(deepest + deepest / 2 + ROOM),
         cutoff,
         hidden: seen.truncation(limit).rms,
-        rays: rays as f64 / f64::from((count * LOOK_SAMPLES).max(1)),
+        rays: rays as f64 / f64::from((count * samples).max(1)),
         noise: (noise.variance() / f64::from(count.max(1))).sqrt(),
         all_ended: deepest < depth,
     }))
 }
 
-/// Pixels to look at after `last`, of `pixels`: fewer where samples take many rays.
-fn enough_pixels(pixels: u32, last: Option<&TruncationChoice>) -> u32 {
+/// Pixels to look at with `samples` samples after `last`, of `pixels`: fewer where samples take many rays.
+fn enough_pixels(pixels: u32, samples: u32, last: Option<&TruncationChoice>) -> u32 {
     let rays = last.map_or(1.0, |c| 2.0 * c.rays);
     let most = (PIXEL_SHARE * f64::from(pixels)).clamp(LEAST_PIXELS, f64::from(PIXELS));
-    (LOOK_RAYS / (rays * f64::from(LOOK_SAMPLES))).clamp(LEAST_PIXELS, most) as u32
+    (LOOK_RAYS / (rays * f64::from(samples))).clamp(LEAST_PIXELS, most) as u32
+}
+
+/// Pixels and samples to look at after `last` where only cuts are chosen.
+pub(super) fn for_cuts(pixels: u32, last: Option<&TruncationChoice>) -> (u32, u32) {
+    (enough_pixels(pixels, CUT_SAMPLES, last), CUT_SAMPLES)
 }
 
 /// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
@@ -133,7 +140,7 @@ fn ladder(
     let mut rungs = Vec::new();
     let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
     for (i, &depth) in depths.iter().enumerate() {
-        match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), rungs.last())) {
+        match look(tracing, limit, depth, cutoff, for_cuts(tracing.region.pixels(), rungs.last())) {
             Ok(Some(rung)) => rungs.push(rung),
             Ok(None) => break,
             // One sample's rays outgrew the queue: deeper ones would all the more.
@@ -177,7 +184,7 @@ pub(super) fn for_error(
             let cutoff = ((share * target / brightest) as f32).min(1.0);
             let before = best(&cuts, target).map_or(f64::INFINITY, |c| c.cost(target));
             let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
-            match look(tracing, limit, depth, cutoff, enough_pixels(tracing.region.pixels(), cuts.last())) {
+            match look(tracing, limit, depth, cutoff, for_cuts(tracing.region.pixels(), cuts.last())) {
                 Ok(Some(cut)) => cuts.push(cut),
                 Ok(None) => break,
                 Err(error) if error.does_not_fit() => break,
@@ -221,7 +228,7 @@ pub(super) fn for_time(
             // Another depth at most doubles the rays of a sample.
             Some(last) => {
                 let rays = 2.0 * last.rays * f64::from(LOOK_SAMPLES);
-                enough_pixels(tracing.region.pixels(), Some(last))
+                enough_pixels(tracing.region.pixels(), LOOK_SAMPLES, Some(last))
                     .min((LOOK_SHARE * in_time * pace / rays) as u32)
             }
         };
@@ -230,7 +237,7 @@ pub(super) fn for_time(
         }
         let start = Instant::now();
         tracing.survey.finish_by(Some(by));
-        let seen = look(tracing, limit, depth, cutoff, pixels);
+        let seen = look(tracing, limit, depth, cutoff, (pixels, LOOK_SAMPLES));
         tracing.survey.finish_by(None);
         let rung = match seen {
             Ok(Some(rung)) => rung,

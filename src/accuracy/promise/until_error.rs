@@ -5,7 +5,7 @@ use super::longer_paths::Measured;
 use super::resume_state::{Begun, Bounded, Chosen, Stage, options};
 use super::rounding::RoundingEstimate;
 use super::traced::{Region, Tracing};
-use super::truncation_choice::{self, TruncationChoice};
+use super::truncation_choice::{self, CUT_SAMPLES, TruncationChoice};
 use super::{DEEPEST, LOOK_SAMPLES, MOST_SAMPLES, Task};
 use crate::accuracy::allocate::{Allocation, Goal, Outcome, Refusal};
 use crate::accuracy::pixel_sums::PixelSums;
@@ -217,8 +217,13 @@ impl Task<'_> {
         let mut tracing = Tracing { survey, region, observer: &mut self.observer };
         if self.request.keep_depth {
             let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
-            let cut =
-                truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
+            let cut = truncation_choice::look(
+                &mut tracing,
+                &self.limit,
+                depth,
+                cutoff,
+                truncation_choice::for_cuts(region.pixels(), None),
+            )?;
             return Ok(cut.unwrap_or(TruncationChoice::unseen(depth, cutoff)));
         }
         truncation_choice::for_error(&mut tracing, &self.limit, target, after)
@@ -372,7 +377,7 @@ enum Sampled {
 fn ahead(chosen: &Chosen, target: f64, pixels: u32) -> f64 {
     let (now, error, goal) = match (chosen.allocation.bound(), chosen.allocation.goal().target) {
         (Some(now), Some(goal)) => (chosen.allocation.samples() as f64, now.bound, goal),
-        _ => (f64::from(pixels) * f64::from(LOOK_SAMPLES), chosen.cut.noise, target - chosen.cut.hidden),
+        _ => (f64::from(pixels * CUT_SAMPLES), chosen.cut.noise, target - chosen.cut.hidden),
     };
     if goal > 0.0 { now * (error / goal).max(1.0).powf(4.0 / 3.0).min(1e6) } else { now }
 }

@@ -219,8 +219,13 @@ impl Task<'_> {
         }
         let (depth, cutoff) = (self.settings.depth, self.settings.cutoff);
         tracing.survey.finish_by(Some(by));
-        let found =
-            truncation_choice::look(&mut tracing, &self.limit, depth, cutoff, truncation_choice::PIXELS)?;
+        let found = truncation_choice::look(
+            &mut tracing,
+            &self.limit,
+            depth,
+            cutoff,
+            (truncation_choice::PIXELS, LOOK_SAMPLES),
+        )?;
         let Some(cut) = found else { return Ok((TruncationChoice::unseen(depth, cutoff), 0.0)) };
         let rays = cut.rays * f64::from(region.spread(truncation_choice::PIXELS).len() as u32 * LOOK_SAMPLES);
         Ok((cut, rays / start.elapsed().as_secs_f64()))
