@@ -388,6 +388,9 @@ mod tests {
     #[test]
     fn the_bound_holds_as_often_as_it_claims() {
         let ways = [
+            (Points::Owen, (1, 1)),
+            (Points::Random, (1, 1)),
+            (Points::Owen, (1, 2)),
             (Points::Owen, (1, 4)),
             (Points::Owen, (1, 16)),
             (Points::Owen, (1, 64)),
@@ -415,10 +418,63 @@ mod tests {
                 );
                 if kind == Kind::OneDot {
                     assert!(c.seen_alone < 0.9, "{points:?} {counts:?}: {}", c.seen_alone);
-                } else {
+                } else if kind != Kind::Dots || counts.1 > 2 {
+                    // Of a dozen dots one or two samples meet almost none.
                     assert!(c.seen_alone >= 0.917, "{kind:?} {points:?} {counts:?}: {}", c.seen_alone);
                 }
             }
         }
+    }
+
+    /// Pixels of one sample, half of which are crossed by a line: their squared error is no more, in the mean, than what they
+    /// differ from their pairs by, whether those have one sample or four. Planted: the share of a pixel whose pair
+    /// has one sample, where it has four.
+    #[test]
+    fn pixels_of_one_sample_err_by_no_more_than_they_differ_from_their_pairs() {
+        let side = 32;
+        let line = |i: u32| {
+            let feature = Feature::Line { n: [1.0, 0.0], offset: f64::from(2 * i) + 0.3, width: 0.1 };
+            (feature, 0.8)
+        };
+        let picture =
+            Picture::new(side, [0.1, 0.2 / f64::from(side), 0.0], (0..side / 2).map(line).collect());
+        let truth = picture.truth();
+        let (even, odd): (Vec<u32>, Vec<u32>) = (0..side * side).partition(|p| p % 2 == 0);
+        for others in [1u32, 4] {
+            let (mut stated, mut planted, mut real) = (0.0, 0.0, 0.0);
+            for seed in 0..200 {
+                let mut painter =
+                    Painter { picture: &picture, points: Points::Owen, replicates: 1, seed, traced: 0 };
+                let mut image = PixelSums::new(side, side, 1);
+                for (pixels, samples) in [(&even, 1), (&odd, others)] {
+                    let Ok(traced) = painter.trace(pixels, 0..samples);
+                    image.add(pixels, samples, &traced);
+                }
+                for p in even.iter().map(|p| *p as usize) {
+                    let other = image.pair_of(p).expect("a neighbour");
+                    stated += image.noise_of(p).squares;
+                    planted += Noise::of_one(image.mean(p), image.mean(other), 0.5).squares;
+                    real += squared_error(&[image.mean(p)], &[truth[p]]);
+                }
+                if others == 1 {
+                    // Of mutual pairs, one has what the other lacks.
+                    stated += odd.iter().map(|p| image.noise_of(*p as usize).squares).sum::<f64>();
+                }
+            }
+            assert!(stated > 0.98 * real && stated < 1.3 * real, "{others}: {stated} {real}");
+            assert!(planted < 0.8 * real, "{others}: {planted} {real}");
+        }
+    }
+
+    #[test]
+    fn every_pixel_has_a_pair_where_there_are_two() {
+        let pairs = |width: u32, height: u32| {
+            let mut image = PixelSums::new(width, height, 1);
+            image.samples.fill(1);
+            (0..image.samples.len()).map(|p| image.pair_of(p)).collect::<Vec<_>>()
+        };
+        assert_eq!(pairs(3, 2), [1, 0, 1, 4, 3, 4].map(Some));
+        assert_eq!(pairs(1, 3), [1, 0, 1].map(Some));
+        assert_eq!(pairs(1, 1), [None]);
     }
 }
