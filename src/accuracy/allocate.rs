@@ -23,7 +23,7 @@ use super::pixel_sums::PixelSums;
 use super::sampling::{Noise, SamplingBound};
 use super::unseen::{Caps, Unseen};
 use crate::render::samples::{Source, Traced};
-use choice::{Candidate, Present, REFUSED_MOST};
+use choice::{Candidate, Present};
 use class::Class;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -266,7 +266,7 @@ impl Allocation {
             self.is_out_of_reach(true).then_some(Refusal::OutOfReach)
         };
         if self.refused.is_some() {
-            self.goal.most = self.goal.most.min(REFUSED_MOST).max(self.goal.pilot);
+            self.goal.most = self.refused_most();
         }
     }
 

@@ -41,7 +41,9 @@ impl Dim {
         let mut dim = Dim { side, columns, blocks, corner: [x0, y0] };
         let boxes = (ALL_BOXES / surfaces.len().max(1)).clamp(1, MOST_BOXES);
         for surface in surfaces {
-            let secondary = scene.materials[surface.material].secondary * most;
+            // Nothing is shown of an unbounded limit where nothing is mirrored.
+            let share = scene.materials[surface.material].secondary;
+            let secondary = if share > 0.0 { share * most } else { 0.0 };
             let mut work = vec![surface.bounds];
             let mut made = 1;
             while let Some(part) = work.pop() {

@@ -5,13 +5,15 @@ use super::class::Class;
 use crate::accuracy::sampling::{Noise, RATE_MOST, joined};
 use crate::accuracy::unseen::Unseen;
 
-/// Samples for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
-/// refused, and the image gets what the rest of its error asks for, up to [`REFUSED_MOST`].
-const PRICE: f64 = 4096.0;
+/// Rays for each pixel of the image that it may cost to exclude what is brighter than white. Beyond that the promise is
+/// refused, and the image gets what the rest of its error asks for, up to [`REFUSED_PRICE`].
+const PRICE: f64 = 16384.0;
 
-/// Most samples of a pixel once the promise is refused: what is too bright to be excluded is also too bright to be averaged
+/// Rays of each pixel once the promise is refused: what is too bright to be excluded is also too bright to be averaged
 /// out, and a picture without its promise is not worth minutes.
-pub(super) const REFUSED_MOST: u32 = 256;
+const REFUSED_PRICE: f64 = 1024.0;
+/// But no fewer samples than this, for it is to show something.
+const REFUSED_LEAST: u32 = 16;
 
 /// What all classes say together.
 pub(super) struct Present {
@@ -117,6 +119,13 @@ impl Allocation {
         joined(variance, factor, if unseen { hidden() } else { 0.0 }) > target * target * pixels
     }
 
+    /// Most samples of a pixel once the promise is refused.
+    pub(super) fn refused_most(&self) -> u32 {
+        let each = self.rays() as f64 / self.samples().max(1) as f64;
+        let samples = (REFUSED_PRICE / each.max(1.0)).log2().floor().exp2() as u32;
+        samples.max(REFUSED_LEAST).clamp(self.goal.pilot, self.goal.most)
+    }
+
     /// True if samples that exclude enough of what is brighter than white cost more than [`PRICE`].
     pub(super) fn is_too_dear(&self) -> bool {
         let Some(target) = self.goal.target else { return false };
@@ -133,8 +142,7 @@ impl Allocation {
             }
             samples *= 2;
         }
-        let (all, some) =
-            (self.rays() as f64, bright.iter().map(|c| c.rays * c.pixels.len() as f64).sum::<f64>());
-        some * f64::from(samples) > PRICE * all / f64::from(self.goal.pilot)
+        let rays = bright.iter().map(|c| c.rays * c.pixels.len() as f64).sum::<f64>();
+        rays * f64::from(samples) > PRICE * pixels
     }
 }

@@ -291,7 +291,7 @@ fn a_promise_that_costs_too_much_is_refused_after_the_pilot() {
     assert!(refused && bound > 0.02 && each < 100.0, "{each} {bound}");
     // Nor is the rest sampled for ever.
     let (refused, each, _) = run_with(1e5, 2e-3);
-    assert!(refused && each > 100.0 && each <= f64::from(REFUSED_MOST), "{each}");
+    assert!(refused && each > 100.0 && each <= 1024.0, "{each}");
 }
 
 /// What no number of samples can give is refused after the pilot; what many can is not.
@@ -308,7 +308,7 @@ fn a_target_out_of_reach_is_refused_after_the_pilot() {
         let most = allocation.gathered().samples.iter().max().copied();
         (allocation.refused(), most, allocation.bound().unwrap().bound <= target)
     };
-    assert_eq!(run_with(1e-7, 1 << 16), (Some(Refusal::OutOfReach), Some(REFUSED_MOST), false));
+    assert_eq!(run_with(1e-7, 1 << 16), (Some(Refusal::OutOfReach), Some(1024), false));
     assert_eq!(run_with(1e-3, 1 << 12).0, None);
     let (refused, _, reached) = run_with(1e-3, 1 << 16);
     assert!(refused.is_none() && reached);
