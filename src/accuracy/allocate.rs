@@ -32,6 +32,9 @@ use std::ops::Range;
 /// next doubling would gain `DOUBLED / 2`.
 const JOINS: f64 = 0.3;
 
+/// Samples of a class that a step has at least: fewer take a device as long.
+const STEP_SAMPLES: usize = 256;
+
 /// Samples to trace next. Give it back to [`Allocation::record`] with what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
@@ -233,7 +236,8 @@ impl Allocation {
             // One in 64 at least, or the last steps would be endless.
             let share = if c.drop > need { (need / c.drop).max(1.0 / 64.0) } else { 1.0 };
             let each = c.cost / c.pixels as f64;
-            let wanted = (share * c.pixels as f64).ceil().min((budget / each).floor()) as usize;
+            let least = (STEP_SAMPLES / c.samples as usize).min(c.pixels) as f64;
+            let wanted = (share * c.pixels as f64).ceil().max(least).min((budget / each).floor()) as usize;
             if wanted == 0 {
                 break;
             }

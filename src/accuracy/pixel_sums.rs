@@ -9,6 +9,7 @@ use super::truncation::{self, TruncationBound};
 use super::unseen::{Caps, Known, Unseen};
 use crate::render::samples::{Mark, Traced, quarters, sets};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Pixels to each side in which a bright thing is taken to show.
 const NEAR: usize = 3;
@@ -165,13 +166,28 @@ impl PixelSums {
         Noise::of_one(self.mean(at), self.mean(other), if mutual { 0.5 } else { 1.0 })
     }
 
+    /// The pixels of its row, or of an only column, whose samples decide together on pixel `at` as long as they have one each:
+    /// it and its pair, and the last of an odd row with the two before it.
+    pub fn compared_with(&self, at: usize) -> Range<usize> {
+        let (along, end) = self.along(at);
+        match along & !1 {
+            start if start + 3 >= end => end.saturating_sub(2 + end % 2)..end,
+            start => start..start + 2,
+        }
+    }
+
+    /// The place of pixel `at` in its row, or in an only column, and the length of that.
+    fn along(&self, at: usize) -> (usize, usize) {
+        match self.width {
+            1 => (at, self.samples.len()),
+            width => (at % width as usize, width as usize),
+        }
+    }
+
     /// The neighbour that pixel `at` is compared with as long as it has one sample: pixels 2k and 2k + 1 of a row are a pair;
     /// the last of an odd row has the one before it. In one column, the same along it.
     pub fn pair_of(&self, at: usize) -> Option<usize> {
-        let (along, end) = match self.width {
-            1 => (at, self.samples.len()),
-            width => (at % width as usize, width as usize),
-        };
+        let (along, end) = self.along(at);
         let other = if along ^ 1 < end { along ^ 1 } else { along.checked_sub(1)? };
         let other = at - along + other;
         (self.samples[other] > 0).then_some(other)
@@ -232,7 +248,7 @@ impl PixelSums {
                 (low[c], high[c]) = (low[c].min(mean), high[c].max(mean));
             }
         }
-        Known { white: self.is_white(at), brightest, low, high }
+        Known { white: self.samples[at] > 1 && self.is_white(at), brightest, low, high }
     }
 
     /// What the pixels may hold unseen; those without samples hold nothing.

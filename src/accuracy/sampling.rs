@@ -8,7 +8,8 @@
 //! variance by r, Var(mean) = E|d|^2 / (r - 1). Independent samples have r = 2, which is safe wherever the sequence
 //! is no worse than independent samples; along edges scrambled nets have r = 2^1.5 (Mitchell, SIGGRAPH 1996). r is
 //! measured from the doubling before, E|d'|^2 / E|d|^2 with d' the half difference of quarters, pooled over the
-//! pixels, at its lower confidence limit and within [2, 2^1.5]; counts that are no power of two take 2.
+//! pixels, at its lower confidence limit and within [2, 2^1.5]; where it is above 4, and for counts that are no power of
+//! two, it is 2.
 //! The sum V of these estimates over the pixels estimates the sum Q of |e|^2.
 //!
 //! **Replicates.** A pixel is the mean of R independent sequences with covariance C, so its error e has covariance
@@ -41,6 +42,9 @@ const CAUTION: f64 = 1.0;
 const RATE_CONFIDENCE: f64 = 0.9;
 /// A channel so many deviations above white is shown as white.
 const SURE: f64 = 3.0;
+/// A doubling that removed more than this many times as much as the next is that of a pattern which lies along the points' own
+/// grid, such as bars of a pixel's width: the next may then remove little, and nothing is to be told of those to come.
+const ABRUPT: f64 = 4.0;
 /// Greatest r that is used: that of edges.
 pub(super) const RATE_MOST: f64 = 2.0 * std::f64::consts::SQRT_2;
 
@@ -181,7 +185,7 @@ impl Noise {
 
     /// r: by how much a doubling of samples divides the variance.
     pub fn rate(&self) -> f64 {
-        if self.coarser <= 0.0 || self.finer <= 2.0 * self.coarser {
+        if self.coarser <= 0.0 || !(2.0 * self.coarser..ABRUPT * self.coarser).contains(&self.finer) {
             return 2.0;
         }
         let freedom = self.freedom();

@@ -19,8 +19,9 @@ use std::time::{Duration, Instant};
 const PART_SECONDS: f64 = 0.25;
 /// Sums that one core converts at a time.
 const PIECE: usize = 1 << 14;
-/// Samples of the first part, while the pace is not known.
+/// Samples of the first part, while the pace is not known; and where no time is kept.
 const FIRST_SAMPLES: f64 = 2048.0;
+const FIRST_AT_LEISURE: f64 = 8192.0;
 /// Share of the time left to a deadline that one part may take: so that it is kept where the next pixels take
 /// nearly twice as long as the last.
 const PART_SHARE: f64 = 0.5;
@@ -259,7 +260,10 @@ impl Survey {
         let left = self.deadline.map(|d| d.saturating_duration_since(Instant::now()).as_secs_f64());
         let samples = match (self.pace, left) {
             (None, Some(left)) if left <= 0.0 => return 0,
-            (None, _) => return ((FIRST_SAMPLES / each as f64) as usize).clamp(1, most),
+            (None, left) => {
+                let samples = if left.is_some() { FIRST_SAMPLES } else { FIRST_AT_LEISURE };
+                return ((samples / each as f64) as usize).clamp(1, most);
+            }
             (Some((sample, _)), None) => PART_SECONDS / sample,
             // Even few samples take as long as the shortest part.
             (Some((_, shortest)), Some(left)) if left < 1.5 * shortest => return 0,

@@ -4,11 +4,12 @@ use super::goal::Goal;
 use crate::accuracy::pieces;
 use crate::accuracy::pixel_sums::PixelSums;
 use crate::accuracy::sampling::Noise;
-use crate::accuracy::unseen::{Caps, Unseen};
+use crate::accuracy::unseen::{Caps, Known, Unseen};
 use crate::settings::sampler::pcg4d;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Fewest pixels of a class, so that one pixel's samples weigh little in its class's.
 const LEAST_CLASS: usize = 64;
@@ -93,16 +94,16 @@ impl Seen {
 /// Sorts the pixels into classes by their neighbours; all have `goal.pilot` samples.
 pub(super) fn classify(gathered: &PixelSums, caps: &Caps, goal: &Goal) -> Vec<Class> {
     let count = gathered.samples.len();
-    // What a pixel of one sample says of its error is its neighbour's sample, too.
+    // What a pixel of one sample says of its error is its pair's sample, too: neighbours' values tell of it instead.
     let own = |p| if goal.pilot > 1 { gathered.noise_of(p).squares } else { 0.0 };
     let noise = pieces::map(count, own);
     let image = pieces::map(count, |p| gathered.mean(p));
     let keys = pieces::map(count, |p| {
-        let (kind, level) = look_around(gathered, goal, p as u32, &noise, &image);
-        let known = gathered.known_of(p);
-        let radiance = caps.of(p).given(known).radiance;
-        // Factors of 2 below white.
-        let dim = (-known.contrast(radiance).log2()).clamp(0.0, 7.0) as u8;
+        let around = Around::new(gathered, goal, p as u32);
+        let (kind, level) = around.look(gathered, goal, &noise, &image);
+        let radiance = caps.of(p).given(gathered.known_of(p)).radiance;
+        // Factors of 2 below white, as if the pixel were like those around: its own samples do not choose its class.
+        let dim = (-around.known(&image).contrast(radiance).log2()).clamp(0.0, 7.0) as u8;
         (radiance > 1.0, std::cmp::Reverse(dim), kind, level)
     });
     let mut groups: BTreeMap<_, Vec<u32>> = BTreeMap::new();
@@ -133,36 +134,76 @@ pub(super) fn classify(gathered: &PixelSums, caps: &Caps, goal: &Goal) -> Vec<Cl
     merged.into_iter().map(class).collect()
 }
 
-/// What the neighbours of pixel `p` say of it: whether they are of one path tree (0), of several
-/// (1) or some of them mixed (2); and the base-4 logarithm of the squared error to expect.
-fn look_around(gathered: &PixelSums, goal: &Goal, p: u32, noise: &[f64], image: &[[f64; 3]]) -> (u8, i32) {
-    let (x, y) = (p % gathered.width, p / gathered.width);
-    let columns = x.saturating_sub(1)..(x + 2).min(gathered.width);
-    // On the stack: this runs once for every pixel.
-    let (mut list, mut found) = ([0; 8], 0);
-    for v in y.saturating_sub(1)..(y + 2).min(gathered.height()) {
-        for u in columns.clone().filter(|u| (*u, v) != (x, y)) {
-            list[found] = (v * gathered.width + u) as usize;
-            found += 1;
+/// The pixels around one: its class is read from these.
+struct Around {
+    /// On the stack: there is one for every pixel.
+    list: [usize; 12],
+    found: usize,
+}
+
+impl Around {
+    /// The eight neighbours of pixel `p`; after a pilot of one sample those of the pixels that it is compared with, too, but
+    /// none of these.
+    fn new(gathered: &PixelSums, goal: &Goal, p: u32) -> Around {
+        let (width, height) = (gathered.width, gathered.height());
+        let (x, y) = (p % width, p / width);
+        let (mut columns, mut rows) = (x..x + 1, y..y + 1);
+        if goal.pilot == 1 {
+            let compared = gathered.compared_with(p as usize);
+            match width {
+                1 => rows = compared.start as u32..compared.end as u32,
+                _ => columns = compared.start as u32..compared.end as u32,
+            }
         }
-    }
-    let around = &list[..found];
-    let Some(&first) = around.first() else { return (0, i32::MIN) };
-    let count = around.len() as f64;
-    let mark = |q: usize| &gathered.marks[q];
-    let mixed = around.iter().any(|&q| mark(q).hash_least != mark(q).hash_most);
-    let alike = around.iter().all(|&q| mark(q).hash_least == mark(first).hash_least);
-    let kind = if mixed { 2 } else { u8::from(!alike) };
-    let mut expected = around.iter().map(|&q| noise[q]).sum::<f64>() / count;
-    if kind > 0 || goal.pilot == 1 {
-        // An edge between neighbours of different colour: all or nothing over that difference.
-        for c in 0..3 {
-            let shown = |q: usize| image[q][c].clamp(0.0, 1.0);
-            let mean = around.iter().map(|&q| shown(q)).sum::<f64>() / count;
-            let spread = around.iter().map(|&q| (shown(q) - mean).powi(2)).sum::<f64>() / count;
-            expected += spread / (12.0 * f64::from(goal.pilot));
+        let near = |own: &Range<u32>, end: u32| own.start.saturating_sub(1)..(own.end + 1).min(end);
+        let mut around = Around { list: [0; 12], found: 0 };
+        for v in near(&rows, height) {
+            for u in near(&columns, width) {
+                if !(rows.contains(&v) && columns.contains(&u)) {
+                    around.list[around.found] = (v * width + u) as usize;
+                    around.found += 1;
+                }
+            }
         }
+        around
     }
-    let level = if expected > 0.0 { (expected.log2() / 2.0).floor() as i32 } else { i32::MIN };
-    (kind, level)
+
+    fn list(&self) -> &[usize] {
+        &self.list[..self.found]
+    }
+
+    /// What they would say of a pixel like them.
+    fn known(&self, image: &[[f64; 3]]) -> Known {
+        let Some(&first) = self.list().first() else { return Known::NOTHING };
+        let level = |choose: fn(f64, f64) -> f64| -> [f32; 3] {
+            std::array::from_fn(|c| {
+                self.list().iter().fold(image[first][c], |level, q| choose(level, image[*q][c])) as f32
+            })
+        };
+        Known { low: level(f64::min), high: level(f64::max), ..Known::NOTHING }
+    }
+
+    /// Whether they are of one path tree (0), of several (1) or some of them mixed (2); and the base-4 logarithm of the
+    /// squared error to expect.
+    fn look(&self, gathered: &PixelSums, goal: &Goal, noise: &[f64], image: &[[f64; 3]]) -> (u8, i32) {
+        let around = self.list();
+        let Some(&first) = around.first() else { return (0, i32::MIN) };
+        let count = around.len() as f64;
+        let mark = |q: usize| &gathered.marks[q];
+        let mixed = around.iter().any(|&q| mark(q).hash_least != mark(q).hash_most);
+        let alike = around.iter().all(|&q| mark(q).hash_least == mark(first).hash_least);
+        let kind = if mixed { 2 } else { u8::from(!alike) };
+        let mut expected = around.iter().map(|&q| noise[q]).sum::<f64>() / count;
+        if kind > 0 || goal.pilot == 1 {
+            // An edge between neighbours of different colour: all or nothing over that difference.
+            for c in 0..3 {
+                let shown = |q: usize| image[q][c].clamp(0.0, 1.0);
+                let mean = around.iter().map(|&q| shown(q)).sum::<f64>() / count;
+                let spread = around.iter().map(|&q| (shown(q) - mean).powi(2)).sum::<f64>() / count;
+                expected += spread / (12.0 * f64::from(goal.pilot));
+            }
+        }
+        let level = if expected > 0.0 { (expected.log2() / 2.0).floor() as i32 } else { i32::MIN };
+        (kind, level)
+    }
 }

@@ -128,18 +128,31 @@ pub(super) fn for_cuts(pixels: u32, last: Option<&TruncationChoice>) -> (u32, u3
     (enough_pixels(pixels, CUT_SAMPLES, last), CUT_SAMPLES)
 }
 
+/// The depth at which `target` is hidden, if what is hidden goes on falling from depth to depth as it did over the last two
+/// rungs; 0 where that is no matter.
+fn needed(rungs: &[TruncationChoice], target: f64) -> f64 {
+    let [.., before, last] = rungs else { return 0.0 };
+    let fall = (before.hidden / last.hidden).ln() / (f64::from(last.depth) - f64::from(before.depth));
+    let more = (last.hidden / target).ln() / fall;
+    if fall > 0.0 && more > 0.0 { f64::from(last.depth) + more } else { 0.0 }
+}
+
 /// Cuts deeper than `after`, one after the other, until nothing is hidden, `enough` says so, or a sample has
-/// too many rays.
+/// too many rays. Those that would hide more than `target` are left out as far as that can be foretold.
 fn ladder(
     tracing: &mut Tracing<'_>,
     limit: &RadianceLimit,
-    after: u32,
+    (target, after): (f64, u32),
     cutoff: f32,
     mut enough: impl FnMut(&[TruncationChoice]) -> bool,
 ) -> Result<Vec<TruncationChoice>, RenderError> {
-    let mut rungs = Vec::new();
+    let mut rungs: Vec<TruncationChoice> = Vec::new();
     let depths: Vec<u32> = LADDER.into_iter().filter(|d| *d > after || *d == DEEPEST).collect();
     for (i, &depth) in depths.iter().enumerate() {
+        // The next one is looked at that is not too shallow.
+        if depths.get(i + 1).is_some_and(|next| f64::from(*next) <= needed(&rungs, target)) {
+            continue;
+        }
         match look(tracing, limit, depth, cutoff, for_cuts(tracing.region.pixels(), rungs.last())) {
             Ok(Some(rung)) => rungs.push(rung),
             Ok(None) => break,
@@ -175,7 +188,7 @@ pub(super) fn for_error(
     };
     let brightest = limit.rgb.iter().fold(0.0, |m: f64, c| m.max(*c));
     let least = if brightest.is_finite() { LEAST_SHARE * target / brightest.max(1.0) } else { 0.0 };
-    let mut cuts = ladder(tracing, limit, after, least as f32, past_best)?;
+    let mut cuts = ladder(tracing, limit, (target, after), least as f32, past_best)?;
     let deepest = cuts.iter().map(|c| c.depth).max().unwrap_or(1);
     let reached = cuts.iter().any(|c| c.cost(target).is_finite());
     if brightest > 0.0 && brightest.is_finite() && deepest > 1 {
