@@ -25,6 +25,7 @@ use super::unseen::{Caps, Unseen};
 use crate::render::samples::{Source, Traced};
 use choice::{Candidate, Present};
 use class::Class;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -302,13 +303,31 @@ impl Allocation {
             return;
         }
         self.open = None;
+        let apart = self.compared_apart(step);
         for &(class, pixels) in &step.parts {
             self.advance(class, pixels);
         }
-        // Pixels of one sample are compared with neighbours that may have more now.
-        for class in self.classes.iter_mut().filter(|c| c.samples == 1) {
-            class.measure(&self.gathered, &self.caps);
+        for class in apart {
+            self.classes[class].measure(&self.gathered, &self.caps);
         }
+    }
+
+    /// Classes that `step` does not name of which a pixel of one sample has its pair in the step. They are few: pairs are of one class
+    /// but where classes were merged.
+    fn compared_apart(&self, step: &Step) -> Vec<usize> {
+        let named = |class: usize| step.parts.iter().any(|part| part.0 == class);
+        let single = |class: &usize| self.classes[*class].samples == 1 && !named(*class);
+        let singles: Vec<usize> = (0..self.classes.len()).filter(single).collect();
+        if singles.is_empty() {
+            return singles;
+        }
+        let mut doubled = vec![false; self.gathered.samples.len()];
+        for &(class, pixels) in &step.parts {
+            let class = &self.classes[class];
+            class.pixels.iter().skip(class.ahead).take(pixels).for_each(|p| doubled[*p as usize] = true);
+        }
+        let pair = |p: &u32| self.gathered.pair_of(*p as usize).is_some_and(|q| doubled[q]);
+        singles.into_iter().filter(|class| self.classes[*class].pixels.par_iter().any(pair)).collect()
     }
 
     fn advance(&mut self, class: usize, pixels: usize) {

@@ -29,8 +29,8 @@ const PIXEL_SHARE: f64 = 1.0 / 16.0;
 pub(super) const CUT_SAMPLES: u32 = 1;
 /// Rays that one look may take, more or less.
 const LOOK_RAYS: f64 = 1e6;
-/// Share of an error that a single ray may hide, tried as a weight cut; then [`MORE`](SHARE_MORE) of it where that pays,
-/// else less. [`LEAST_SHARE`] is that of all other looks, which keeps branching paths from growing without end.
+/// Share of an error that a single ray may hide, tried as a weight cut; then [`SHARE_MORE`] where that pays, else
+/// [`SHARE_LESS`]. [`LEAST_SHARE`] is that of all other looks, which keeps branching paths from growing without end.
 const SHARE: f64 = 0.3;
 const SHARE_MORE: f64 = 1.0;
 const SHARE_LESS: f64 = 0.1;
