@@ -1,7 +1,6 @@
 use super::super::synthetic::{Feature, Painter, Picture, Points, squared_error};
 use super::super::unseen::Cap;
 use super::*;
-use rayon::prelude::*;
 
 const CONFIDENCE: f64 = 0.95;
 
