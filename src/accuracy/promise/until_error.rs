@@ -254,7 +254,9 @@ impl Task<'_> {
                 let encoded = self.encoding(image, target);
                 let left = target - hidden - chosen.rounded.map_or(0.0, |r| r.part(image)) - encoded;
                 let too_much = left < LEAST_SAMPLING * target && hidden > 0.1 * target;
-                if too_much && !chosen.last && !self.request.keep_depth {
+                // A picture whose promise is refused is not sampled twice.
+                let refused = chosen.allocation.refused().is_some();
+                if too_much && !chosen.last && !refused && !self.request.keep_depth {
                     return Ok(Sampled::LosesTooMuch);
                 }
                 // Where the rest is too much already, sample as if it were half.
