@@ -195,8 +195,9 @@ pub(super) fn for_error(
         let mut share = SHARE;
         loop {
             let cutoff = ((share * target / brightest) as f32).min(1.0);
-            let before = best(&cuts, target).map_or(f64::INFINITY, |c| c.cost(target));
-            let depth = if reached { best(&cuts, target).map_or(deepest, |c| c.depth) } else { DEEPEST };
+            let (depth, before) =
+                best(&cuts, target).map_or((DEEPEST, f64::INFINITY), |c| (c.depth, c.cost(target)));
+            let depth = if reached { depth } else { DEEPEST };
             match look(tracing, limit, depth, cutoff, for_cuts(tracing.region.pixels(), cuts.last())) {
                 Ok(Some(cut)) => cuts.push(cut),
                 Ok(None) => break,
